@@ -1,0 +1,325 @@
+"""The configuration: one section per stage, each key with its unit and meaning.
+
+`config/config.yaml` and `config/config.schema.json` are written from these models (`mimeline
+config`); unknown keys are refused.
+"""
+
+import json
+import textwrap
+from typing import Annotated, Any, Literal
+
+import yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from mimeline.errors import BadConfig
+from mimeline.vocabulary import SERIES_REGIONS
+
+Positive = Annotated[float, Field(gt=0)]
+Share = Annotated[float, Field(ge=0, le=1)]
+Count = Annotated[int, Field(ge=1)]
+Rate = Annotated[str, Field(pattern=r"^[1-9]\d*(/[1-9]\d*)?$")]
+
+
+class Section(BaseModel):
+    model_config = ConfigDict(extra="forbid", coerce_numbers_to_str=True)
+
+
+class Toy(Section):
+    """The toy world, made where data_dir is null."""
+
+    people: Count = Field(40, description="people in the toy world")
+    clips: Count = Field(120, description="clips, planted faults included")
+    seed: int = Field(7, description="seed of everything random in the toy world")
+
+
+class CelebvText(Section):
+    """A catalogue as CelebV-Text publishes it."""
+
+    info: str = Field("celebvtext_info.json", description="clips: file under data_dir")
+    annotations: str | None = Field(
+        "annotations.json", description="actions and texts: file under data_dir, or null"
+    )
+
+
+class Files(Section):
+    """Every file of a folder is a take."""
+
+    pattern: str = Field("*.csv", description="which files are takes, under data_dir")
+    exclude: list[str] = Field([], description="file names to leave out (tables of attributes)")
+
+
+class Catalogue(Section):
+    format: Literal["celebvtext", "files"] = Field("celebvtext", description="which block to use")
+    celebvtext: CelebvText = CelebvText()
+    files: Files = Files()
+    cut_s: Positive | None = Field(
+        None, description="cut longer takes into consecutive clips of this many seconds; null: never"
+    )
+
+
+class Select(Section):
+    min_s: float = Field(5.0, ge=0, description="shortest clip, seconds (Höll 2024, 5.1)")
+    max_s: Positive = Field(10.0, description="longest clip, seconds (Höll 2024, 5.1)")
+    min_side_px: Count = Field(512, description="least width and height of the face crop, pixels")
+    excluded_actions: list[str] = Field(
+        ["turn", "shake_head", "head_wagging"],
+        description="catalogue actions that drop a clip (Höll 2024, 5.1)",
+    )
+    exclusions: str | None = Field(
+        None, description="CSV with clip_id and reason: clips left out by hand; null: none"
+    )
+
+
+class LiveLink(Section):
+    """Live Link Face CSV."""
+
+    folder: str = Field("livelink", description="where the CSV files lie, under data_dir")
+    fps: Rate = Field("30", description="frames per second of the take, as 30 or 30000/1001")
+    timecode_base: Count = Field(60, description="frames per second that the timecode counts in")
+    angle_unit: Literal["radians", "degrees"] = Field(
+        "radians", description="unit of the head and eye columns"
+    )
+
+
+class PyFeat(Section):
+    """py-feat 2 tables."""
+
+    folder: str = Field(".", description="where the CSV files lie, under data_dir")
+    fps: Rate = Field("25", description="frames per second of the videos that were analysed")
+
+
+class Ingest(Section):
+    format: Literal["livelink", "pyfeat"] = Field("livelink", description="which block to use")
+    livelink: LiveLink = LiveLink()
+    pyfeat: PyFeat = PyFeat()
+    bad_values: Literal["fail", "mask"] = Field(
+        "fail", description="text or NaN in a number's place: fail the clip, or mask the frame"
+    )
+    max_missing: Share = Field(0.1, description="largest share of frames without a face, else drop")
+
+
+class SixDRepNet(Section):
+    """A table of 6DRepNet angles: clip_id, frame, pitch, yaw, roll in degrees."""
+
+    file: str = Field("head_pose.csv", description="the table, under data_dir")
+
+
+class Pose(Section):
+    format: Literal["sixdrepnet", "motion"] = Field(
+        "sixdrepnet", description="head angles from a table, or from the tracker's own motion"
+    )
+    sixdrepnet: SixDRepNet = SixDRepNet()
+    max_yaw_deg: Positive = Field(35.0, description="largest |yaw|, degrees (Höll 2024, 5.1)")
+
+
+class Series(Section):
+    side: Literal["left", "right"] = Field(
+        "left", description="side of the face whose channels are clustered (Ma et al. 2025, 3.1)"
+    )
+    null_length: Count = Field(100, description="frames of a separator between two sequences")
+    null_value: float = Field(-1.0, description="value of every channel in a separator")
+
+
+class Ticc(Section):
+    """Toeplitz inverse covariance-based clustering of one region."""
+
+    n_clusters: Count = Field(9, description="clusters (Ma et al. 2025: brow 9, eye 8, mouth 9)")
+    window: Count = Field(5, description="frames per window")
+    beta: float = Field(5.0, ge=0, description="cost of a switch of cluster (Ma et al. 2025: 5)")
+    sparsity: float = Field(0.11, ge=0, description="weight of the precision's l1 norm")
+    max_iter: Count = Field(30, description="most iterations of assignment and estimation")
+    seed: int = Field(0, description="seed of the start")
+
+
+class Segment(Section):
+    brow: Ticc = Ticc()
+    eye: Ticc = Ticc(n_clusters=8)
+    mouth: Ticc = Ticc()
+
+
+class Label(Section):
+    file: str | None = Field(
+        None, description="YAML under config/labels that names clusters; null: proposed names"
+    )
+    n_random: int = Field(3, ge=0, description="random exemplars per cluster")
+    seed: int = Field(0, description="seed of the random exemplars")
+
+
+class Annotate(Section):
+    closed: Share = Field(0.5, description="eyeBlink from which an eye is closed, 0-1")
+    gaze_deg: Positive = Field(8.0, description="gaze angle from which it points somewhere, degrees")
+    head_deg: Positive = Field(8.0, description="head angle from which it points somewhere, degrees")
+    min_frames: Count = Field(1, description="shortest interval that is kept, frames")
+
+
+class Split(Section):
+    val: Share = Field(0.05, description="share of clips for validation")
+    test: Share = Field(0.05, description="share of clips for testing")
+    gap_s: float = Field(
+        1.0, ge=0, description="seconds left out between parts where blocks of time are split"
+    )
+    seed: int = Field(0, description="seed of the assignment of groups")
+
+
+class TimelineModel(Section):
+    """Base-branch diffusion of Ma et al. 2025, 3.2."""
+
+    window: Count = Field(64, description="frames per training window")
+    width: Count = Field(64, description="width of the tokens")
+    heads: Count = Field(4, description="attention heads")
+    base_layers: Count = Field(2, description="layers of the base network")
+    branch_layers: Count = Field(1, description="layers of each branch network")
+    diffusion_steps: Count = Field(1000, description="steps of the noise schedule")
+    drop_all: Share = Field(0.1, description="chance that every region's timeline is dropped")
+    drop_none: Share = Field(0.1, description="chance that no region's timeline is dropped")
+    drop_each: Share = Field(0.5, description="chance that a region's timeline is dropped, else")
+    steps: Count = Field(1500, description="training steps")
+    batch: Count = Field(16, description="windows per step")
+    learning_rate: Positive = Field(1e-3, description="peak learning rate of AdamW")
+    ema: Share = Field(0.995, description="decay of the averaged weights")
+    clip_norm: Positive = Field(1.0, description="largest norm of the gradient")
+    seed: int = Field(0, description="seed of weights, batches and noise")
+
+
+class Train(Section):
+    models: list[Literal["timeline"]] = Field(["timeline"], description="models to train")
+    timeline: TimelineModel = TimelineModel()
+
+
+class TimelineSampling(Section):
+    """How the timeline model is asked for motion when it is scored."""
+
+    sampler_steps: Count = Field(20, description="denoiser calls per sample")
+    guidance: float = Field(2.0, ge=0, description="scale of classifier-free guidance; 1: none")
+    timelines: Count = Field(24, description="timelines asked for, from clips kept out of training")
+    seed: int = Field(0, description="seed of the noise")
+
+
+class Evaluate(Section):
+    truth: str | None = Field(
+        None, description="folder with frames.parquet made by people or planted; null: the toy's"
+    )
+    gmm_components: Count = Field(8, description="components of the GMM baseline")
+    bootstrap: Count = Field(200, description="resamples of clips behind each interval")
+    seed: int = Field(0, description="seed of baseline and resampling")
+    timeline: TimelineSampling = TimelineSampling()
+
+
+class Report(Section):
+    title: str = Field("mimeline on the toy world", description="title of the page")
+    clips: Count = Field(6, description="clips whose timelines are drawn")
+    exemplars: Count = Field(4, description="exemplars drawn per cluster")
+
+
+class Config(Section):
+    """mimeline's configuration. Section and stage bear the same name."""
+
+    data_dir: str | None = Field(
+        None, description="folder of the recordings; null: the toy world, made on the way"
+    )
+    shards: Annotated[int, Field(ge=1, le=1000)] = Field(
+        2, description="parts that the clips are worked on in"
+    )
+    pathvars: dict[str, str] = Field(
+        {}, description="where results, logs and benchmarks go: {results: results-mine, ...}"
+    )
+    toy: Toy = Toy()
+    catalogue: Catalogue = Catalogue()
+    select: Select = Select()
+    ingest: Ingest = Ingest()
+    pose: Pose = Pose()
+    series: Series = Series()
+    segment: Segment = Segment()
+    label: Label = Label()
+    annotate: Annotate = Annotate()
+    split: Split = Split()
+    train: Train = Train()
+    evaluate: Evaluate = Evaluate()
+    report: Report = Report()
+
+    @model_validator(mode="after")
+    def _limits_agree(self) -> "Config":
+        if self.select.min_s > self.select.max_s:
+            raise ValueError("select.min_s is larger than select.max_s")
+        if self.split.val + self.split.test >= 1:
+            raise ValueError("split.val and split.test leave nothing for training")
+        model = self.train.timeline
+        if model.drop_all + model.drop_none > 1:
+            raise ValueError("train.timeline.drop_all and drop_none add up to more than 1")
+        if model.width % (2 * model.heads):
+            raise ValueError("train.timeline.width is not a multiple of twice the heads")
+        return self
+
+
+assert set(SERIES_REGIONS) == set(Segment.model_fields)
+
+
+def validate(values: dict[str, Any], file: str = "config") -> dict[str, Any]:
+    """The configuration, checked and complete: every key present, text numbers made numbers.
+
+    Raises BadConfig that names the first bad key; later ones are counted.
+    """
+    try:
+        return Config.model_validate(values).model_dump(mode="json")
+    except ValidationError as error:
+        problems = error.errors(include_url=False)
+        first = problems[0]
+        key = ".".join(str(part) for part in first["loc"])
+        more = f" ({len(problems) - 1} more)" if len(problems) > 1 else ""
+        found = "an unknown key" if first["type"] == "extra_forbidden" else repr(first["input"])
+        if not key:
+            found = "values that do not agree"
+        raise BadConfig(
+            file,
+            place=f"key {key}" if key else "",
+            found=found,
+            expected=_expected(first, key),
+            remedy=f"config/README.md explains every key{more}.",
+        ) from None
+
+
+def _expected(problem: dict[str, Any], key: str) -> str:
+    if problem["type"] != "extra_forbidden":
+        return problem["msg"].removeprefix("Value error, ")
+    section: Any = Config
+    for part in key.split(".")[:-1]:
+        section = section.model_fields[part].annotation
+    return f"one of {', '.join(section.model_fields)}"
+
+
+def default_yaml() -> str:
+    """The commented default configuration."""
+    lines = ["# Written from the models in src/mimeline/config.py by `mimeline config`."]
+    for name, field in Config.model_fields.items():
+        value = field.get_default()
+        if isinstance(value, Section):
+            lines += ["", *_section(name, value, depth=0)]
+        else:
+            lines += ["", *_entry(name, value, field.description, depth=0)]
+    return "\n".join(lines) + "\n"
+
+
+def _section(name: str, section: Section, depth: int) -> list[str]:
+    indent = "  " * depth
+    about = (type(section).__doc__ or "").strip().splitlines()
+    lines = [f"{indent}# {about[0]}"] if about else []
+    lines.append(f"{indent}{name}:")
+    for key, field in type(section).model_fields.items():
+        value = getattr(section, key)
+        if isinstance(value, Section):
+            lines += _section(key, value, depth + 1)
+        else:
+            lines += _entry(key, value, field.description, depth + 1)
+    return lines
+
+
+def _entry(key: str, value: Any, about: str, depth: int) -> list[str]:
+    indent = "  " * depth
+    comment = [f"{indent}# {line}" for line in textwrap.wrap(about, 96 - len(indent))]
+    dumped = yaml.safe_dump(value, default_flow_style=True, width=10_000).strip()
+    return [*comment, f"{indent}{key}: {dumped.removesuffix('...').strip()}"]
+
+
+def json_schema() -> str:
+    """The configuration's JSON schema, for editors."""
+    return json.dumps(Config.model_json_schema(), indent=2, ensure_ascii=False) + "\n"

@@ -1,0 +1,43 @@
+"""The one error that users see: which file, where in it, what was found, what was expected, what to do."""
+
+
+class MimelineError(Exception):
+    """A problem that the user can act on.
+
+    file: the file or folder at fault, as the user named it.
+    place: where in it ("line 812, column BrowInnerUp"), empty where the whole file is meant.
+    found, expected: what stands there and what should; remedy: what to do about it.
+    """
+
+    def __init__(self, file, *, found: str, expected: str, remedy: str, place: str = ""):
+        self.file, self.place = str(file), place
+        self.found, self.expected, self.remedy = found, expected, remedy
+        super().__init__(str(self))
+
+    def __str__(self) -> str:
+        where = f"{self.file}, {self.place}" if self.place else self.file
+        text = f"{where}: found {self.found}, expected {self.expected}. {self.remedy}"
+        return " ".join(text.split())  # one line, whatever a file holds
+
+    def __reduce__(self):
+        return _rebuild, (type(self), self.file, self.found, self.expected, self.remedy, self.place)
+
+
+class BadFile(MimelineError):
+    """A file cannot be read as what it should be."""
+
+
+class MissingColumn(MimelineError):
+    """A table lacks a column that is needed."""
+
+
+class BadConfig(MimelineError):
+    """A key or value of the configuration is not allowed."""
+
+
+class BadLabels(MimelineError):
+    """A label file does not fit the clusters or the vocabulary."""
+
+
+def _rebuild(kind, file, found, expected, remedy, place):
+    return kind(file, found=found, expected=expected, remedy=remedy, place=place)

@@ -1,0 +1,67 @@
+"""The ledger: what was decided on each clip at a stage, and the law that no clip is lost."""
+
+from collections import Counter
+from collections.abc import Collection, Iterable
+from pathlib import Path
+
+import pandas as pd
+
+from mimeline import tables
+
+
+class Ledger:
+    """Collects one stage's decisions, exactly one per clip that came in.
+
+    A dropped clip broke a rule; a failed one could not be processed; every other clip is kept.
+    """
+
+    def __init__(self, stage: str, clips: Iterable[str]):
+        self.stage = stage
+        self.rows: dict[str, dict] = {clip: self._row(clip, "kept") for clip in clips}
+
+    def _row(self, clip_id: str, status: str, **facts) -> dict:
+        row = dict.fromkeys(tables.LEDGER.schema.names)
+        return row | {"clip_id": clip_id, "stage": self.stage, "status": status} | facts
+
+    def drop(self, clip_id: str, rule: str, **facts) -> None:
+        """The clip broke a rule. facts: value, limit, unit, first_frame, last_frame, detail."""
+        self._decide(clip_id, "dropped", rule, facts)
+
+    def fail(self, clip_id: str, rule: str, **facts) -> None:
+        """The clip could not be processed. facts: as for drop."""
+        self._decide(clip_id, "failed", rule, facts)
+
+    def note(self, clip_id: str, rule: str, **facts) -> None:
+        """The clip is kept, and the ledger says something about it (a rule that did not apply)."""
+        self._decide(clip_id, "kept", rule, facts)
+
+    def _decide(self, clip_id: str, status: str, rule: str, facts: dict) -> None:
+        if clip_id not in self.rows:
+            raise AssertionError(f"{self.stage} decides on {clip_id}, which never came in")
+        if self.rows[clip_id]["status"] != "kept":
+            raise AssertionError(f"{self.stage} decides twice on {clip_id}")
+        self.rows[clip_id] = self._row(clip_id, status, rule=rule, **facts)
+
+    @property
+    def kept(self) -> list[str]:
+        """The clips that go on."""
+        return [clip for clip, row in self.rows.items() if row["status"] == "kept"]
+
+    def close(self, path: str | Path, kept: Collection[str]) -> None:
+        """Write the decisions; kept are the clips that the stage hands on.
+
+        Raises AssertionError unless clips in = kept + dropped + failed.
+        """
+        if sorted(kept) != sorted(self.kept):
+            lost = set(self.kept) ^ set(kept)
+            raise AssertionError(f"{self.stage}: no decision explains the clips {sorted(lost)}")
+        rows = pd.DataFrame(list(self.rows.values()), columns=tables.LEDGER.schema.names)
+        tables.write(tables.LEDGER, rows, path)
+
+    def __str__(self) -> str:
+        statuses = Counter(row["status"] for row in self.rows.values())
+        rules = Counter(r["rule"] for r in self.rows.values() if r["status"] != "kept")
+        text = f"{len(self.rows)} clips in, {statuses['kept']} kept"
+        text += f", {statuses['dropped']} dropped, {statuses['failed']} failed"
+        reasons = ", ".join(f"{rule} {count}" for rule, count in rules.most_common())
+        return f"{text} ({reasons})" if reasons else text
