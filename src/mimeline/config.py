@@ -53,7 +53,7 @@ class Catalogue(Section):
     celebvtext: CelebvText = CelebvText()
     files: Files = Files()
     cut_s: Positive | None = Field(
-        None, description="cut longer takes into consecutive clips of this many seconds; null: never"
+        None, description="cut longer takes into consecutive clips of that many seconds; null: no"
     )
 
 
@@ -147,8 +147,8 @@ class Label(Section):
 
 class Annotate(Section):
     closed: Share = Field(0.5, description="eyeBlink from which an eye is closed, 0-1")
-    gaze_deg: Positive = Field(8.0, description="gaze angle from which it points somewhere, degrees")
-    head_deg: Positive = Field(8.0, description="head angle from which it points somewhere, degrees")
+    gaze_deg: Positive = Field(8.0, description="gaze angle that counts as looking away, degrees")
+    head_deg: Positive = Field(8.0, description="head angle that counts as turned, degrees")
     min_frames: Count = Field(1, description="shortest interval that is kept, frames")
 
 

@@ -1,4 +1,4 @@
-"""The one error that users see: which file, where in it, what was found, what was expected, what to do."""
+"""The one error that users see: file, place, what was found, what was expected, what to do."""
 
 
 class MimelineError(Exception):

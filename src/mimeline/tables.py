@@ -4,7 +4,6 @@ A table is Parquet. It is written beside its target and moved into place, so a f
 whole. An empty table may carry the reason why it is empty.
 """
 
-import os
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -59,7 +58,8 @@ def _at_least(least: float) -> list[pandera.Check]:
     return [pandera.Check.ge(least)]
 
 
-_TEXT, _NAME = (pa.string(), False, None), (pa.string(), True, None)
+_S = pa.string()
+_TEXT, _NAME = (_S, False, None), (_S, True, None)
 _INT, _COUNT = (pa.int64(), False, None), (pa.int64(), False, _at_least(0))
 _REAL = (pa.float64(), True, None)
 _INTERVAL = pandera.Check(
@@ -84,9 +84,7 @@ CLIPS = _table(
         "bbox_left": _REAL,
         "bbox_right": _REAL,
         "actions": (
-            pa.list_(
-                pa.struct([("name", pa.string()), ("start_s", pa.float64()), ("end_s", pa.float64())])
-            ),
+            pa.list_(pa.struct({"name": _S, "start_s": pa.float64(), "end_s": pa.float64()})),
             False,
             None,
         ),
@@ -301,7 +299,7 @@ def write(table: Table, rows: pd.DataFrame, path: str | Path, reason: str = "") 
     temporary = path.with_name(path.name + ".tmp")
     try:
         pq.write_table(arrow, temporary, compression="zstd")
-        os.replace(temporary, path)
+        temporary.replace(path)
     finally:
         temporary.unlink(missing_ok=True)
 
@@ -378,6 +376,5 @@ def _check(table: Table, rows: pd.DataFrame, path: str | Path) -> None:
             place=f"table {table.name}, column {first['column']}, row {first['index']}",
             found=repr(first["failure_case"]),
             expected=str(first["check"]),
-            remedy=f"{len(error.failure_cases)} value(s) break the table's contract: fix the source "
-            "of these values.",
+            remedy=f"{len(error.failure_cases)} value(s) break the contract: mend their source.",
         ) from error

@@ -1,4 +1,4 @@
-"""Channels, regions, tracks and actions: the words of the field, read once from the resource tables.
+"""Channels, regions, tracks and actions: the words of the field, read from the resource tables.
 
 Left and right are the subject's. Channels are known by name, never by position.
 """

@@ -1,0 +1,36 @@
+from snakemake.utils import min_version
+
+from mimeline.vocabulary import SERIES_REGIONS, resource
+from mimeline.workflow import chosen, code_digest, listing, settle_config, tracker_of_takes
+
+min_version("9.20")
+
+
+configfile: "config/config.yaml"
+
+
+config.update(settle_config(config))
+
+
+container: "docker://python:3.12-slim"
+
+
+report: "workflow/report/workflow.rst"
+
+
+wildcard_constraints:
+    shard=r"\d+",
+    region="|".join(SERIES_REGIONS),
+    model="|".join(config["train"]["models"]),
+
+
+include: "workflow/rules/data.smk"
+include: "workflow/rules/annotation.smk"
+include: "workflow/rules/learning.smk"
+include: "workflow/rules/report.smk"
+
+
+rule all:
+    default_target: True
+    input:
+        "<results>/report/index.html",

@@ -1,0 +1,1 @@
+"""From motion to timelines: series, clusters, their names, intervals of actions, and scores."""

@@ -1,0 +1,202 @@
+"""Timelines of 16 actions: the clusters' names on three tracks, thresholds on the other five."""
+
+import logging
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from mimeline import tables
+from mimeline.annotation.runs import run_starts
+from mimeline.annotation.series import sequences
+from mimeline.annotation.thresholds import threshold_actions
+from mimeline.ticc import TICC
+from mimeline.vocabulary import (
+    NEUTRAL,
+    SERIES_TRACK,
+    TRACKS,
+    series_actions,
+    series_channels,
+    track_actions,
+)
+
+log = logging.getLogger(__name__)
+
+
+class Annotator:
+    """Annotates motion that the clusters were not fitted on: unseen clips, generated motion.
+
+    models: a fitted TICC per series region; labels: the `labels` table; side: the side of the face
+    that the models were fitted on; the rest: see `annotate_frames` and `threshold_actions`.
+    """
+
+    def __init__(
+        self,
+        models: dict[str, TICC],
+        labels: pd.DataFrame,
+        side: str,
+        closed: float,
+        gaze_deg: float,
+        head_deg: float,
+        min_frames: int,
+    ):
+        self.models, self.labels, self.side = models, labels, side
+        self.limits = {"closed": closed, "gaze_deg": gaze_deg, "head_deg": head_deg}
+        self.min_frames = min_frames
+
+    def clusters(self, motion: pd.DataFrame) -> dict[str, pd.DataFrame]:
+        """The `clusters` table of each region for motion, rows sorted by clip_id and frame."""
+        found = {}
+        for region, ticc in self.models.items():
+            channels = list(series_channels(region, self.side))
+            measured = motion["valid"] & motion[channels].notna().all(axis=1)
+            if not measured.any():
+                continue
+            frames, lengths = sequences(motion.loc[measured, ["clip_id", "frame", *channels]])
+            labels, margins = ticc.decode(frames[channels].to_numpy("float64"), lengths)
+            found[region] = frames[["clip_id", "frame"]].assign(cluster=labels, margin=margins)
+        return found
+
+    def frames(self, motion: pd.DataFrame) -> pd.DataFrame:
+        """The `frames` table of motion, rows sorted by clip_id and frame."""
+        clusters = self.clusters(motion)
+        return annotate_frames(motion, clusters, self.labels, self.min_frames, **self.limits)
+
+
+def annotate(
+    clips: Path,
+    motion: Path,
+    clusters: dict[str, Path],
+    labels: Path,
+    intervals: Path,
+    frames: Path,
+    closed: float,
+    gaze_deg: float,
+    head_deg: float,
+    min_frames: int,
+) -> None:
+    """Write the timelines of a shard: `intervals` and `frames`.
+
+    clips: the clips to annotate; clusters: by region, of all shards. The rest: `annotate_frames`.
+    """
+    kept = tables.read(tables.CLIPS, clips, ["clip_id"])["clip_id"]
+    moving = tables.read(tables.MOTION, motion)
+    moving = moving[moving["clip_id"].isin(kept)].reset_index(drop=True)
+    assigned = {region: tables.read(tables.CLUSTERS, path) for region, path in clusters.items()}
+    named = tables.read(tables.LABELS, labels)
+    limits = {"closed": closed, "gaze_deg": gaze_deg, "head_deg": head_deg}
+    marked = annotate_frames(moving, assigned, named, min_frames, **limits)
+    found = intervals_of(marked, assigned)
+    reason = "" if len(marked) else "no clip came through"
+    tables.write(tables.FRAMES, marked, frames, reason)
+    if not reason and found.empty:
+        reason = "no action was found"
+    tables.write(tables.INTERVALS, found, intervals, reason)
+    log.info("%d clips, %d intervals", marked["clip_id"].nunique(), len(found))
+
+
+def annotate_frames(
+    motion: pd.DataFrame,
+    clusters: dict[str, pd.DataFrame],
+    labels: pd.DataFrame,
+    min_frames: int,
+    closed: float,
+    gaze_deg: float,
+    head_deg: float,
+) -> pd.DataFrame:
+    """The 16 actions at each frame, pd.NA where a track's channels were not measured.
+
+    motion: the `motion` table, sorted by clip and frame. clusters: by region, the `clusters` table;
+    labels: their names. min_frames: shorter intervals become neutral. The rest: limits of
+    `threshold_actions`.
+    """
+    keys = motion[["clip_id", "frame"]].reset_index(drop=True)
+    limits = {"closed": closed, "gaze_deg": gaze_deg, "head_deg": head_deg}
+    actions = threshold_actions(motion.reset_index(drop=True), **limits)
+    for region in SERIES_TRACK:
+        names = labels.loc[labels["region"] == region].set_index("cluster")["action"]
+        assigned = clusters.get(region, tables.empty(tables.CLUSTERS))
+        at = keys.merge(assigned[["clip_id", "frame", "cluster"]], how="left", validate="1:1")
+        action = at["cluster"].map(names)  # (n_frames,), NaN where the region is not measured
+        for name in series_actions(region):
+            actions[name] = (action == name).astype("boolean").mask(action.isna())
+    marked = pd.concat([keys, actions], axis=1)[tables.FRAMES.schema.names]
+    return _without_short(marked, min_frames) if min_frames > 1 else marked
+
+
+def intervals_of(frames: pd.DataFrame, clusters: dict[str, pd.DataFrame]) -> pd.DataFrame:
+    """The `intervals` table of annotated frames.
+
+    An interval of a clustered track tells the cluster that most of its frames belong to, and as
+    confidence the mean of 1 / (1 + exp(-margin)) over them.
+    """
+    parts = []
+    for track in TRACKS:
+        runs = _runs(frames, track)
+        runs = runs[runs["action"] != NEUTRAL]
+        region = next((r for r, t in SERIES_TRACK.items() if t == track), None)
+        facts = {"track": track, "side": None, "cluster": pd.NA, "confidence": np.nan}
+        runs = runs.assign(source="ticc" if region else "threshold", **facts)
+        if region and len(runs) and len(clusters[region]):
+            at = frames[["clip_id", "frame"]].merge(clusters[region], how="left")
+            rows = np.concatenate(
+                [np.arange(a, b) for a, b in zip(runs["row"], runs["stop"], strict=True)]
+            )
+            number = np.repeat(np.arange(len(runs)), runs["stop"] - runs["row"])
+            within = at.iloc[rows].assign(run=number)
+            sure = 1 / (1 + np.exp(-within["margin"].to_numpy("float64")))
+            runs["confidence"] = np.bincount(number, sure) / np.bincount(number)
+            most = within.groupby("run")["cluster"].agg(lambda ids: ids.mode().iloc[0])
+            runs["cluster"] = most.to_numpy("int64")
+        parts.append(runs)
+    found = pd.concat([part for part in parts if len(part)] or parts[:1])
+    return found[tables.INTERVALS.schema.names]
+
+
+def _runs(frames: pd.DataFrame, track: str) -> pd.DataFrame:
+    """Stretches of one action or of none on a track, within a clip and measured.
+
+    Returns clip_id, action, start_frame, end_frame and the rows [row, stop) of frames.
+    """
+    names = np.array([NEUTRAL, *track_actions(track)], dtype=object)
+    code = track_codes(frames, track)
+    row = run_starts(frames, code)
+    stop = np.append(row, len(frames))[1:]
+    frame = frames["frame"].to_numpy("int64")[row]
+    runs = pd.DataFrame(
+        {
+            "clip_id": frames["clip_id"].to_numpy()[row],
+            "action": names[np.maximum(code[row], 0)],
+            "start_frame": frame,
+            "end_frame": frame + stop - row,
+            "row": row,
+            "stop": stop,
+        }
+    )
+    return runs[code[row] >= 0]
+
+
+def track_codes(frames: pd.DataFrame, track: str) -> np.ndarray:
+    """(n_frames,) int: 0 neutral, i the track's i-th action, -1 not measured."""
+    codes = np.zeros(len(frames), dtype="int64")
+    for number, action in enumerate(track_actions(track), start=1):
+        marks = frames[action].to_numpy(dtype="float64", na_value=np.nan)
+        codes[marks == 1] = number
+        codes[np.isnan(marks)] = -1
+    return codes
+
+
+def _without_short(frames: pd.DataFrame, min_frames: int) -> pd.DataFrame:
+    """Intervals shorter than min_frames become neutral."""
+    frames = frames.copy()
+    for track in TRACKS:
+        runs = _runs(frames, track)
+        short = runs[(runs["stop"] - runs["row"] < min_frames) & (runs["action"] != NEUTRAL)]
+        for run in short.itertuples():
+            frames.iloc[run.row : run.stop, frames.columns.get_loc(run.action)] = False
+    return frames
+
+
+def read_models(folders: dict[str, Path]) -> dict[str, TICC]:
+    """The fitted models by region; a region that could not be segmented is absent."""
+    return {r: TICC.load(folder) for r, folder in folders.items() if any(Path(folder).iterdir())}

@@ -1,0 +1,79 @@
+"""Macro-F1 of annotated frames against the truth (Ma et al. 2025, 4.1), per region."""
+
+import numpy as np
+import pandas as pd
+
+from mimeline.annotation.annotate import track_codes
+from mimeline.vocabulary import track_actions
+
+REGION_TRACKS: dict[str, tuple[str, ...]] = {
+    "brow": ("brow",),
+    "eye": ("lid",),  # on frames whose eye is not closed in truth
+    "closure": ("closure",),
+    "mouth": ("mouth",),
+    "gaze": ("gaze_h", "gaze_v"),
+    "head": ("head_h", "head_v"),
+}
+
+
+def region_scores(truth: pd.DataFrame, predicted: pd.DataFrame) -> dict[str, float]:
+    """Macro-F1 of each region that both tables measure.
+
+    truth, predicted: `frames` tables; frames that only one of them has are left out. A region of
+    two tracks (gaze, head) scores their mean.
+    """
+    return _region_means({t: c.sum(axis=0) for t, c in confusions(truth, predicted).items()})
+
+
+def confusions(truth: pd.DataFrame, predicted: pd.DataFrame) -> dict[str, np.ndarray]:
+    """Confusion counts (n_clips, C, C) of each measured track, truth in rows, Neutral first."""
+    both = truth.merge(predicted, on=["clip_id", "frame"], suffixes=("_true", "_pred"))
+    clips, clip = np.unique(both["clip_id"].to_numpy(str), return_inverse=True)
+    counts = {}
+    for track in dict.fromkeys(t for tracks in REGION_TRACKS.values() for t in tracks):
+        true, pred = (track_codes(_side(both, suffix), track) for suffix in ("_true", "_pred"))
+        usable = (true >= 0) & (pred >= 0)
+        if track == "lid":
+            usable &= track_codes(_side(both, "_true"), "closure") != 1
+        if not usable.any():
+            continue
+        size = len(track_actions(track)) + 1
+        flat = (clip[usable] * size + true[usable]) * size + pred[usable]
+        table = np.bincount(flat, minlength=len(clips) * size * size)
+        counts[track] = table.reshape(len(clips), size, size)
+    return counts
+
+
+def macro_f1(confusion: np.ndarray) -> np.ndarray:
+    """(..., C, C) counts → (...) mean F1 of the classes that occur in truth or prediction."""
+    hits = np.diagonal(confusion, axis1=-2, axis2=-1)  # (..., C)
+    total = confusion.sum(axis=-1) + confusion.sum(axis=-2)  # (..., C)
+    f1 = np.divide(2 * hits, total, out=np.zeros(total.shape), where=total > 0)
+    return f1.sum(axis=-1) / np.maximum((total > 0).sum(axis=-1), 1)
+
+
+def bootstrap(
+    counts: dict[str, np.ndarray], resamples: int, rng: np.random.Generator
+) -> dict[str, tuple[float, float, float]]:
+    """Macro-F1 of each region with its 95 % interval over clips: region → (value, low, high)."""
+    clips = max((len(c) for c in counts.values()), default=0)
+    weights = rng.multinomial(clips, np.full(clips, 1 / clips), size=resamples) if clips else []
+    value = _region_means({track: c.sum(axis=0) for track, c in counts.items()})
+    drawn = _region_means({t: np.einsum("rn,nij->rij", weights, c) for t, c in counts.items()})
+    return {
+        region: (float(value[region]), *(float(q) for q in np.quantile(draws, [0.025, 0.975])))
+        for region, draws in drawn.items()
+    }
+
+
+def _region_means(confusion: dict[str, np.ndarray]) -> dict:
+    means = {}
+    for region, tracks in REGION_TRACKS.items():
+        measured = [macro_f1(confusion[track]) for track in tracks if track in confusion]
+        if measured:
+            means[region] = np.mean(measured, axis=0)
+    return means
+
+
+def _side(both: pd.DataFrame, suffix: str) -> pd.DataFrame:
+    return both.rename(columns=lambda name: name.removesuffix(suffix))

@@ -1,0 +1,33 @@
+"""Actions that a limit decides: closed eyes, gaze and head (Ma et al. 2025, 3.1)."""
+
+import numpy as np
+import pandas as pd
+
+
+def threshold_actions(
+    motion: pd.DataFrame, closed: float, gaze_deg: float, head_deg: float
+) -> pd.DataFrame:
+    """The nine actions of closure, gaze and head at each frame; pd.NA where not measured.
+
+    motion: columns of the `motion` table. closed: eyeBlink, mean of both eyes, from which they are
+    closed. gaze_deg, head_deg: degrees from which an angle counts.
+    """
+    blink = motion[["eyeBlinkLeft", "eyeBlinkRight"]].mean(axis=1, skipna=False)
+    gaze, head = np.radians(gaze_deg), np.radians(head_deg)
+    return pd.DataFrame(
+        {
+            "EyeClose": _at_least(blink, closed),
+            "GazeLeft": _at_least(motion["gaze_left"], gaze),
+            "GazeRight": _at_least(-motion["gaze_left"], gaze),
+            "GazeUp": _at_least(motion["gaze_up"], gaze),
+            "GazeDown": _at_least(-motion["gaze_up"], gaze),
+            "HeadLeft": _at_least(motion["head_yaw_left"], head),
+            "HeadRight": _at_least(-motion["head_yaw_left"], head),
+            "HeadUp": _at_least(motion["head_pitch_up"], head),
+            "HeadDown": _at_least(-motion["head_pitch_up"], head),
+        }
+    )
+
+
+def _at_least(values: pd.Series, limit: float) -> pd.Series:
+    return (values >= limit).astype("boolean").mask(values.isna())

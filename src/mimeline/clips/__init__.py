@@ -1,0 +1,1 @@
+"""What clips exist and which of them are worth the work."""

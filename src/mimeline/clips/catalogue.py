@@ -1,0 +1,133 @@
+"""What exists: a catalogue, of whatever format, becomes the `clips` table, in shards."""
+
+import hashlib
+import logging
+import math
+import re
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from mimeline import tables
+from mimeline.clips import celebvtext
+from mimeline.errors import BadFile, MimelineError
+from mimeline.ledger import Ledger
+from mimeline.tracking.readers import read_take
+
+log = logging.getLogger(__name__)
+
+SAFE_ID = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,199}")  # a plain file name on any system
+
+
+def catalogue(
+    data: Path,
+    clips: Sequence[Path],
+    ledger: Path,
+    format: str,
+    options: dict,
+    cut_s: float | None,
+    tracker: dict | None,
+) -> None:
+    """Read a catalogue and write one `clips` table per shard, and the ledger.
+
+    data: the user's folder. clips: the tables to write; a source video's clips share a shard.
+    format, options: the catalogue's format and its keys. cut_s: longer takes are cut into
+    consecutive clips of that many seconds. tracker: format and options of the takes' reader, for
+    catalogues that know no durations.
+    Raises BadFile if there is no catalogue at all.
+    """
+    if not Path(data).is_dir():
+        raise BadFile(
+            data,
+            found="no such folder",
+            expected="the folder of the recordings",
+            remedy="Set data_dir to it, or to null for the toy world.",
+        )
+    if format == "celebvtext":
+        rows, bad = celebvtext.read(Path(data), **options)
+    else:
+        rows, bad = _files(Path(data), tracker, **options)
+    rows = [piece for row in rows for piece in _cut(row, cut_s)]
+
+    ids = [row["clip_id"] for row in rows]
+    repeated = [clip_id for clip_id, count in Counter(ids).items() if count > 1]
+    if repeated:
+        raise BadFile(
+            data,
+            found=f"clip {repeated[0]!r} twice",
+            expected="a name of its own for each clip",
+            remedy="Rename one of the files.",
+        )
+    decisions = Ledger("catalogue", [*ids, *bad])
+    for clip_id, problem in bad.items():
+        decisions.fail(clip_id, "unreadable", detail=problem)
+    for clip_id in ids:
+        if not SAFE_ID.fullmatch(clip_id):
+            detail = "the id is not a plain file name; rename the clip in the catalogue"
+            decisions.fail(clip_id, "unsafe_id", detail=detail)
+    kept = set(decisions.kept)
+    table = pd.DataFrame(
+        [row for row in rows if row["clip_id"] in kept], columns=tables.CLIPS.schema.names
+    )
+    table["texts"] = [[]] * len(table)
+    table["shard"] = [shard_of(source, len(clips)) for source in table["source_id"]]
+    for number, path in enumerate(clips):
+        tables.write(tables.CLIPS, table[table["shard"] == number], path)
+    decisions.close(ledger, table["clip_id"])
+    log.info("%s", decisions)
+
+
+def shard_of(source_id: str, shards: int) -> int:
+    """The shard of a source video: stable, whatever else the catalogue holds."""
+    return int.from_bytes(hashlib.sha256(source_id.encode()).digest()[:8]) % shards
+
+
+def _files(data: Path, tracker: dict, pattern: str, exclude: list[str]) -> tuple[list[dict], dict]:
+    """Each file is a take; its tracking result tells how long it is."""
+    paths = sorted(path for path in data.glob(pattern) if path.name not in exclude)
+    if not paths:
+        raise BadFile(
+            data,
+            found=f"no file {pattern}",
+            expected="at least one take",
+            remedy="Check data_dir and catalogue.files.pattern.",
+        )
+    rows, bad = [], {}
+    for path in paths:
+        try:
+            take = read_take(path, **tracker)
+        except MimelineError as error:
+            bad[path.stem] = str(error)
+            continue
+        rows.append(
+            {
+                "clip_id": path.stem,
+                "source_id": path.stem,
+                "start_s": 0.0,
+                "end_s": float(len(take.motion) / take.fps),
+                "actions": [],
+            }
+        )
+    return rows, bad
+
+
+def _cut(row: dict, cut_s: float | None) -> list[dict]:
+    """The take as consecutive clips of cut_s seconds; the last one is what remains."""
+    length = row["end_s"] - row["start_s"]
+    if cut_s is None or length <= cut_s:
+        return [row]
+    pieces = []
+    for number in range(math.ceil(round(length / cut_s, 6))):
+        since = row["start_s"] + number * cut_s
+        until = min(since + cut_s, row["end_s"])
+        actions = [
+            act | {"start_s": max(a, 0.0), "end_s": min(b, until - since)}
+            for act in row["actions"]
+            if (b := act["end_s"] - number * cut_s) > 0
+            and (a := act["start_s"] - number * cut_s) < until - since
+        ]
+        piece = {"clip_id": f"{row['clip_id']}_{number:03d}", "start_s": since, "end_s": until}
+        pieces.append(row | piece | {"actions": actions})
+    return pieces

@@ -1,0 +1,1 @@
+"""What a model is trained on: parts, statistics and windows of the annotated motion."""

@@ -1,0 +1,1 @@
+"""Face-tracking results in: one reader per format, one motion table out."""

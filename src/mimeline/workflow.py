@@ -1,0 +1,192 @@
+"""What rules and adapters share: configuration, a stage's surroundings, a digest of its code."""
+
+import ast
+import hashlib
+import logging
+import os
+import shutil
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+from mimeline.config import validate
+from mimeline.errors import BadFile, MimelineError
+from mimeline.vocabulary import SERIES_REGIONS
+
+PACKAGE = "mimeline"
+
+
+def settle_config(config: dict[str, Any]) -> dict[str, Any]:
+    """The validated, complete configuration; a mistake ends the program with one line.
+
+    Also ends it where data_dir is no folder, since nothing could run.
+    """
+    try:
+        settled = validate(config)
+        data_dir = settled["data_dir"]
+        if data_dir is not None and not Path(data_dir).is_dir():
+            raise BadFile(
+                data_dir,
+                found="no such folder",
+                expected="the folder of the recordings",
+                remedy="Set data_dir to it, or to null for the toy world.",
+            )
+    except MimelineError as error:
+        fail(error)
+    return settled
+
+
+def fail(error: MimelineError) -> None:
+    """Tell the problem in one line and end the program."""
+    print(f"mimeline: {error}", file=sys.stderr, flush=True)
+    # Snakemake would print a traceback for an exception and for sys.exit.
+    os._exit(1)
+
+
+def chosen(section: dict[str, Any]) -> dict[str, Any]:
+    """A section's format and that format's keys: {format, options}, and no other format's."""
+    return {"format": section["format"], "options": section[section["format"]]}
+
+
+def tracker_of_takes(config: dict[str, Any]) -> dict[str, Any] | None:
+    """What reads a take's length, for a catalogue of files; None for one that tells it."""
+    if config["catalogue"]["format"] != "files":
+        return None
+    return chosen(config["ingest"]) | {"bad_values": config["ingest"]["bad_values"]}
+
+
+def by_region(paths: Sequence[str]) -> dict[str, Path]:
+    """Paths in the order of the series regions, by region."""
+    return {region: Path(path) for region, path in zip(SERIES_REGIONS, paths, strict=True)}
+
+
+def listing(folder: str | None, pattern: str = "**/*") -> str:
+    """Fingerprint of the files in a folder by name, size and time: new files change it."""
+    if folder is None:
+        return "made on the way"
+    digest = hashlib.sha256()
+    for path in sorted(Path(folder).glob(pattern)):
+        if path.is_file():
+            status = path.stat()
+            entry = f"{path.relative_to(folder)}\0{status.st_size}\0{status.st_mtime_ns}\n"
+            digest.update(entry.encode(errors="surrogateescape"))
+    return digest.hexdigest()[:16]
+
+
+@contextmanager
+def stage(snakemake) -> Iterator[SimpleNamespace]:
+    """The surroundings of an adapter: log, one-line errors, outputs whole or not at all.
+
+    Gives input, output, params, wildcards and threads. An output is a temporary path beside its
+    target; all are moved into place when the block ends well, and removed when it does not.
+    """
+    _log_to(snakemake.log[0])
+    lists = {name: path for name, path in snakemake.output.items() if not isinstance(path, str)}
+    targets = {n: Path(p) for n, p in snakemake.output.items() if n not in lists}
+    for name, paths in lists.items():
+        targets |= {(name, number): Path(path) for number, path in enumerate(paths)}
+    temporary = {name: path.with_name(f".{path.name}.making") for name, path in targets.items()}
+    for path in temporary.values():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _remove(path)
+    output = {name: path for name, path in temporary.items() if isinstance(name, str)}
+    for name, paths in lists.items():
+        output[name] = [temporary[name, number] for number in range(len(paths))]
+    try:
+        yield SimpleNamespace(
+            input=snakemake.input,
+            output=SimpleNamespace(**output),
+            params=snakemake.params,
+            wildcards=snakemake.wildcards,
+            threads=snakemake.threads,
+        )
+        for name, path in temporary.items():
+            _remove(targets[name])
+            path.replace(targets[name])
+    except MimelineError as error:
+        logging.getLogger(PACKAGE).error("%s", error)
+        sys.exit(1)
+    except Exception:
+        logging.getLogger(PACKAGE).exception("an error of mimeline's own; please report it")
+        sys.exit(1)
+    finally:
+        for path in temporary.values():
+            _remove(path)
+
+
+def _log_to(path: str) -> None:
+    """The package's log goes to the rule's log file and to the terminal."""
+    logger = logging.getLogger(PACKAGE)
+    logger.setLevel(logging.INFO)
+    to_file, to_terminal = logging.FileHandler(path, mode="w"), logging.StreamHandler()
+    to_file.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(name)s: %(message)s"))
+    to_terminal.setFormatter(logging.Formatter("mimeline: %(message)s"))
+    for handler in (to_file, to_terminal):
+        logger.addHandler(handler)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir():
+        shutil.rmtree(path)
+    else:
+        path.unlink(missing_ok=True)
+
+
+def code_digest(*modules: str) -> str:
+    """Digest of the first-party code that the modules run: their own and all that they import.
+
+    Comments, docstrings and layout do not count. Imports of names decided at run time are missed.
+    """
+    seen: set[str] = set()
+    todo = list(modules)
+    while todo:
+        module = todo.pop()
+        if module not in seen:
+            seen.add(module)
+            todo += _parsed(module)[1]
+    digest = hashlib.sha256()
+    for module in sorted(seen):
+        digest.update(f"{module}\0{_parsed(module)[0]}\n".encode())
+    return digest.hexdigest()[:16]
+
+
+@cache
+def _parsed(module: str) -> tuple[str, tuple[str, ...]]:
+    """Digest of a module's code, and the first-party modules that it imports."""
+    path = _source(module)
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    imported = {".".join(module.split(".")[:-1])} if "." in module else set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            imported |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            base = node.module or ""
+            if node.level:
+                package = module if path.name == "__init__.py" else module.rpartition(".")[0]
+                parents = package.split(".")[: len(package.split(".")) - node.level + 1]
+                base = ".".join([*parents, base] if base else parents)
+            imported |= {base, *(f"{base}.{alias.name}" for alias in node.names)}
+        _strip_docstring(node)
+    first_party = (name for name in imported if name.split(".")[0] == PACKAGE and _source(name))
+    return hashlib.sha256(ast.dump(tree).encode()).hexdigest(), tuple(sorted(first_party))
+
+
+def _strip_docstring(node: ast.AST) -> None:
+    kinds = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+    if isinstance(node, kinds) and ast.get_docstring(node, clean=False) is not None:
+        node.body = node.body[1:]
+
+
+@cache
+def _source(module: str) -> Path | None:
+    """The module's file, found without running it; None where there is no such module."""
+    root = Path(__file__).parent
+    path = root.joinpath(*module.split(".")[1:])
+    if path.is_dir():
+        return path / "__init__.py"
+    file = path.with_suffix(".py")
+    return file if file.is_file() else None

@@ -1,0 +1,126 @@
+rule series:
+    input:
+        clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
+        motions=expand("<results>/ingest/{shard}/motion.parquet", shard=SHARDS),
+    output:
+        series="<results>/series/{region}.parquet",
+    log:
+        "<logs>/series/{region}.log",
+    benchmark:
+        "<benchmarks>/series/{region}.tsv"
+    threads: 1
+    resources:
+        mem_mb=2000,
+    params:
+        series=lookup("series", within=config),
+        code=code_digest("mimeline.annotation.series"),
+    message:
+        "Joining all clips into the {wildcards.region} series"
+    script:
+        "../scripts/series.py"
+
+
+rule segment:
+    input:
+        series="<results>/series/{region}.parquet",
+    output:
+        model=directory("<results>/segment/{region}/model"),
+        clusters="<results>/segment/{region}/clusters.parquet",
+    log:
+        "<logs>/segment/{region}.log",
+    benchmark:
+        "<benchmarks>/segment/{region}.tsv"
+    threads: 1
+    resources:
+        mem_mb=2000,
+    params:
+        segment=lookup("segment/{region}", within=config),
+        side=lookup("series/side", within=config),
+        code=code_digest("mimeline.annotation.segment"),
+    message:
+        "TICC on the {wildcards.region} series"
+    script:
+        "../scripts/segment.py"
+
+
+rule label:
+    input:
+        series=expand("<results>/series/{region}.parquet", region=SERIES_REGIONS),
+        clusters=expand("<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS),
+        models=expand("<results>/segment/{region}/model", region=SERIES_REGIONS),
+        proposals=resource("proposals.csv"),
+        file=config["label"]["file"] or [],
+    output:
+        labels="<results>/label/labels.parquet",
+        names="<results>/label/labels.yaml",
+        exemplars="<results>/label/exemplars.parquet",
+    log:
+        "<logs>/label.log",
+    benchmark:
+        "<benchmarks>/label.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        label=lookup("label", within=config),
+        side=lookup("series/side", within=config),
+        code=code_digest("mimeline.annotation.labels"),
+    message:
+        "Naming the clusters"
+    script:
+        "../scripts/label.py"
+
+
+rule annotate:
+    input:
+        clips="<results>/pose/{shard}/clips.parquet",
+        motion="<results>/ingest/{shard}/motion.parquet",
+        clusters=expand("<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS),
+        labels="<results>/label/labels.parquet",
+    output:
+        intervals="<results>/annotate/{shard}/intervals.parquet",
+        frames="<results>/annotate/{shard}/frames.parquet",
+    log:
+        "<logs>/annotate/{shard}.log",
+    benchmark:
+        "<benchmarks>/annotate/{shard}.tsv"
+    threads: 1
+    resources:
+        mem_mb=2000,
+    params:
+        annotate=lookup("annotate", within=config),
+        code=code_digest("mimeline.annotation.annotate"),
+    message:
+        "Writing the timelines of shard {wildcards.shard}"
+    script:
+        "../scripts/annotate.py"
+
+
+rule evaluate_annotation:
+    input:
+        clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
+        motions=expand("<results>/ingest/{shard}/motion.parquet", shard=SHARDS),
+        frames=expand("<results>/annotate/{shard}/frames.parquet", shard=SHARDS),
+        series=expand("<results>/series/{region}.parquet", region=SERIES_REGIONS),
+        clusters=expand("<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS),
+        truth=config["evaluate"]["truth"] or ("<results>/toy/truth" if TOY else []),
+    output:
+        metrics="<results>/evaluate/annotation/metrics.parquet",
+    log:
+        "<logs>/evaluate/annotation.log",
+    benchmark:
+        "<benchmarks>/evaluate/annotation.tsv"
+    threads: 1
+    resources:
+        mem_mb=2000,
+    params:
+        side=lookup("series/side", within=config),
+        annotate=lookup("annotate", within=config),
+        gmm_components=lookup("evaluate/gmm_components", within=config),
+        resamples=lookup("evaluate/bootstrap", within=config),
+        seed=lookup("evaluate/seed", within=config),
+        code=code_digest("mimeline.evaluation.annotation"),
+    message:
+        "Scoring the annotation against the truth"
+    script:
+        "../scripts/evaluate_annotation.py"

@@ -1,0 +1,124 @@
+SHARDS = [f"{number:02d}" for number in range(config["shards"])]
+TOY = config["data_dir"] is None
+DATA = "<results>/toy/data" if TOY else ancient(config["data_dir"])
+
+
+rule toy:
+    output:
+        data=directory("<results>/toy/data"),
+        truth=directory("<results>/toy/truth"),
+    log:
+        "<logs>/toy.log",
+    benchmark:
+        "<benchmarks>/toy.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        toy=lookup("toy", within=config),
+        code=code_digest("mimeline.toy"),
+    message:
+        "Making the toy world"
+    script:
+        "../scripts/toy.py"
+
+
+rule catalogue:
+    input:
+        data=DATA,
+    output:
+        clips=expand("<results>/catalogue/{shard}/clips.parquet", shard=SHARDS),
+        ledger="<results>/catalogue/ledger.parquet",
+    log:
+        "<logs>/catalogue.log",
+    benchmark:
+        "<benchmarks>/catalogue.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        catalogue=chosen(config["catalogue"]),
+        cut_s=lookup("catalogue/cut_s", within=config),
+        tracker=tracker_of_takes(config),
+        listing=listing(config["data_dir"]),
+        code=code_digest("mimeline.clips.catalogue"),
+    message:
+        "Reading what clips there are"
+    script:
+        "../scripts/catalogue.py"
+
+
+rule select:
+    input:
+        clips="<results>/catalogue/{shard}/clips.parquet",
+        exclusions=config["select"]["exclusions"] or [],
+    output:
+        clips="<results>/select/{shard}/clips.parquet",
+        ledger="<results>/select/{shard}/ledger.parquet",
+    log:
+        "<logs>/select/{shard}.log",
+    benchmark:
+        "<benchmarks>/select/{shard}.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        select=lookup("select", within=config),
+        code=code_digest("mimeline.clips.select"),
+    message:
+        "Selecting clips of shard {wildcards.shard}"
+    script:
+        "../scripts/select.py"
+
+
+rule ingest:
+    input:
+        clips="<results>/select/{shard}/clips.parquet",
+        data=DATA,
+    output:
+        motion="<results>/ingest/{shard}/motion.parquet",
+        clips="<results>/ingest/{shard}/clips.parquet",
+        ledger="<results>/ingest/{shard}/ledger.parquet",
+    log:
+        "<logs>/ingest/{shard}.log",
+    benchmark:
+        "<benchmarks>/ingest/{shard}.tsv"
+    threads: 1
+    resources:
+        mem_mb=2000,
+    params:
+        ingest=chosen(config["ingest"]),
+        bad_values=lookup("ingest/bad_values", within=config),
+        max_missing=lookup("ingest/max_missing", within=config),
+        listing=listing(config["data_dir"]),
+        code=code_digest("mimeline.tracking.ingest"),
+    message:
+        "Reading tracking results of shard {wildcards.shard}"
+    script:
+        "../scripts/ingest.py"
+
+
+rule pose:
+    input:
+        clips="<results>/ingest/{shard}/clips.parquet",
+        motion="<results>/ingest/{shard}/motion.parquet",
+        data=DATA,
+    output:
+        clips="<results>/pose/{shard}/clips.parquet",
+        ledger="<results>/pose/{shard}/ledger.parquet",
+    log:
+        "<logs>/pose/{shard}.log",
+    benchmark:
+        "<benchmarks>/pose/{shard}.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        pose=chosen(config["pose"]),
+        max_yaw_deg=lookup("pose/max_yaw_deg", within=config),
+        listing=listing(config["data_dir"]),
+        code=code_digest("mimeline.clips.pose"),
+    message:
+        "Dropping turned heads of shard {wildcards.shard}"
+    script:
+        "../scripts/pose.py"

@@ -1,0 +1,54 @@
+rule report:
+    input:
+        ledgers=[
+            "<results>/catalogue/ledger.parquet",
+            *expand(
+                "<results>/{stage}/{shard}/ledger.parquet",
+                stage=["select", "ingest", "pose"],
+                shard=SHARDS,
+            ),
+            "<results>/split/ledger.parquet",
+        ],
+        clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
+        motions=expand("<results>/ingest/{shard}/motion.parquet", shard=SHARDS),
+        series=expand("<results>/series/{region}.parquet", region=SERIES_REGIONS),
+        clusters=expand("<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS),
+        labels="<results>/label/labels.parquet",
+        exemplars="<results>/label/exemplars.parquet",
+        intervals=expand("<results>/annotate/{shard}/intervals.parquet", shard=SHARDS),
+        frames=expand("<results>/annotate/{shard}/frames.parquet", shard=SHARDS),
+        split="<results>/split/split.parquet",
+        statistics="<results>/split/statistics.parquet",
+        annotation_metrics="<results>/evaluate/annotation/metrics.parquet",
+        checkpoints=expand("<results>/train/{model}/checkpoint", model=config["train"]["models"]),
+        metrics=expand(
+            "<results>/evaluate/{model}/metrics.parquet", model=config["train"]["models"]
+        ),
+        generated=expand(
+            "<results>/evaluate/{model}/generated.parquet", model=config["train"]["models"]
+        ),
+        truth=config["evaluate"]["truth"] or ("<results>/toy/truth" if TOY else []),
+    output:
+        page=report(
+            "<results>/report/index.html",
+            caption="../report/page.rst",
+            category="Report",
+            labels={"page": "all stages"},
+        ),
+    log:
+        "<logs>/report.log",
+    benchmark:
+        "<benchmarks>/report.tsv"
+    threads: 1
+    resources:
+        mem_mb=2000,
+    params:
+        report=lookup("report", within=config),
+        models=config["train"]["models"],
+        side=lookup("series/side", within=config),
+        annotate=lookup("annotate", within=config),
+        code=code_digest("mimeline.reporting.report"),
+    message:
+        "Writing the report"
+    script:
+        "../scripts/report.py"

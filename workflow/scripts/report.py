@@ -1,0 +1,32 @@
+from typing import TYPE_CHECKING
+
+from mimeline.reporting.report import report
+from mimeline.workflow import by_region, stage
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+with stage(snakemake) as job:
+    report(
+        page=job.output.page,
+        ledgers=job.input.ledgers,
+        clips=job.input.clips,
+        motions=job.input.motions,
+        series=by_region(job.input.series),
+        clusters=by_region(job.input.clusters),
+        labels=job.input.labels,
+        exemplars=job.input.exemplars,
+        intervals=job.input.intervals,
+        frames=job.input.frames,
+        split=job.input.split,
+        statistics=job.input.statistics,
+        annotation_metrics=job.input.annotation_metrics,
+        models=job.params.models,
+        checkpoints=job.input.checkpoints,
+        metrics=job.input.metrics,
+        generated=job.input.generated,
+        truth=job.input.truth or None,
+        annotate=job.params.annotate,
+        side=job.params.side,
+        options=job.params.report,
+    )

@@ -1,0 +1,19 @@
+from typing import TYPE_CHECKING
+
+from mimeline.training.train import train
+from mimeline.workflow import stage
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+with stage(snakemake) as job:
+    train(
+        model=job.wildcards.model,
+        motions=job.input.motions,
+        frames=job.input.frames,
+        split=job.input.split,
+        statistics=job.input.statistics,
+        checkpoint=job.output.checkpoint,
+        options=job.params.options,
+        threads=job.threads,
+    )
