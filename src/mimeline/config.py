@@ -149,7 +149,7 @@ class Annotate(Section):
     closed: Share = Field(0.5, description="eyeBlink from which an eye is closed, 0-1")
     gaze_deg: Positive = Field(8.0, description="gaze angle that counts as looking away, degrees")
     head_deg: Positive = Field(8.0, description="head angle that counts as turned, degrees")
-    min_frames: Count = Field(1, description="shortest interval that is kept, frames")
+    min_frames: Count = Field(3, description="shortest interval that is kept, frames")
 
 
 class Split(Section):
@@ -280,7 +280,7 @@ def validate(values: dict[str, Any], file: str = "config") -> dict[str, Any]:
 
 def _expected(problem: dict[str, Any], key: str) -> str:
     if problem["type"] != "extra_forbidden":
-        return problem["msg"].removeprefix("Value error, ")
+        return problem["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
     section: Any = Config
     for part in key.split(".")[:-1]:
         section = section.model_fields[part].annotation

@@ -283,8 +283,10 @@ def write(table: Table, rows: pd.DataFrame, path: str | Path, reason: str = "") 
     if table.order:
         rows = rows.sort_values(list(table.order), kind="stable")
     try:
-        arrow = pa.Table.from_pandas(rows, schema=table.schema, preserve_index=False, safe=False)
-    except (pa.ArrowInvalid, pa.ArrowTypeError, ValueError) as error:
+        arrow = table.schema.empty_table()
+        if len(rows):
+            arrow = pa.Table.from_pandas(rows, table.schema, preserve_index=False)
+    except (pa.ArrowException, ValueError) as error:
         raise BadFile(
             path,
             place=f"table {table.name}",

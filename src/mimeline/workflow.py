@@ -49,7 +49,7 @@ def fail(error: MimelineError) -> None:
 
 def chosen(section: dict[str, Any]) -> dict[str, Any]:
     """A section's format and that format's keys: {format, options}, and no other format's."""
-    return {"format": section["format"], "options": section[section["format"]]}
+    return {"format": section["format"], "options": section.get(section["format"], {})}
 
 
 def tracker_of_takes(config: dict[str, Any]) -> dict[str, Any] | None:

@@ -58,7 +58,8 @@ def ingest(
         rates[clip.clip_id] = (take.fps.numerator, take.fps.denominator, len(take.motion))
 
     table = table[table["clip_id"].isin(rates)].copy()
-    table[["fps_num", "fps_den", "n_frames"]] = [rates[clip_id] for clip_id in table["clip_id"]]
+    for number, column in enumerate(("fps_num", "fps_den", "n_frames")):
+        table[column] = [rates[clip_id][number] for clip_id in table["clip_id"]]
     tables.write(tables.CLIPS, table, kept)
     rows = pd.concat(motions) if motions else tables.empty(tables.MOTION)
     tables.write(tables.MOTION, rows, motion, reason="" if motions else "no clip came through")

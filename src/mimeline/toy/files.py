@@ -1,0 +1,131 @@
+"""The world in the real file formats, and the truth in a folder of its own."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from mimeline import tables
+from mimeline.toy import faults, livelink, plan
+from mimeline.toy.plan import PlannedClip
+from mimeline.toy.world import World, render
+from mimeline.vocabulary import HEAD
+
+POSE_JITTER_DEG = 0.8  # the pose network's own
+SAID = {  # what a catalogue calls an action
+    "Smile": "smile",
+    "SoftSmile": "smile",
+    "MouthFrown": "frown",
+    "BrowDown": "frown",
+    "EyeSquint": "squint",
+    "EyeClose": "blink",
+    "GazeLeft": "look_around",
+    "GazeRight": "look_around",
+    "HeadDown": "nod",
+}
+
+
+def make(data: Path, truth: Path, people: int, clips: int, seed: int) -> None:
+    """Write a world with faults: data as it would be published, truth for the evaluation alone.
+
+    data: celebvtext_info.json, annotations.json, livelink/<clip_id>.csv, head_pose.csv.
+    truth: frames.parquet, intervals.parquet, faults.csv. Deterministic in the seed.
+    """
+    crowd = plan.people(people, seed)
+    rng = np.random.default_rng([seed, 5])
+    planned, planted = plan.clips(clips, crowd, seed), faults.spread(clips, rng)
+    planned = [planted[i].planned(c) if i in planted else c for i, c in enumerate(planned)]
+    world = render(planned, crowd, seed)
+    (data / "livelink").mkdir(parents=True, exist_ok=True)
+    truth.mkdir(parents=True, exist_ok=True)
+    _write_json(data / "celebvtext_info.json", _info(planned))
+    _write_json(data / "annotations.json", _annotations(world))
+    motion = dict(iter(world.motion.groupby("clip_id")))
+    for position, clip in enumerate(planned):
+        fault = planted.get(position)
+        if clip.clip_id == faults.OUTSIDE or (fault and fault.written is None):
+            continue
+        lines = livelink.lines(motion[clip.clip_id], start=livelink.timecode_start(rng))
+        if fault:
+            lines = fault.written(lines, rng)
+        path = data / "livelink" / f"{clip.clip_id}.csv"
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="")
+    _head_pose(world.motion, rng).to_csv(
+        data / "head_pose.csv", index=False, float_format="%.4f", lineterminator="\n"
+    )
+    tables.write(tables.FRAMES, _inside(world.frames), truth / "frames.parquet")
+    tables.write(tables.INTERVALS, _inside(world.intervals), truth / "intervals.parquet")
+    listed = [(planned[i].clip_id, f.name, f.stage, f.status) for i, f in planted.items()]
+    pd.DataFrame(listed, columns=["clip_id", "fault", "stage", "status"]).to_csv(
+        truth / "faults.csv", index=False, lineterminator="\n"
+    )
+
+
+def _inside(rows: pd.DataFrame) -> pd.DataFrame:
+    """Without the hostile clip, of which nothing but the catalogue knows."""
+    return rows[rows["clip_id"] != faults.OUTSIDE]
+
+
+def _info(clips: Sequence[PlannedClip]) -> dict:
+    return {
+        f"{clip.clip_id}.mp4": {
+            "ytb_id": clip.source,
+            "meta_video_names": clip.clip_id.rsplit("_", 1)[0],
+            "subject": clip.person,
+            "duration": {"start_sec": round(_start(clip), 2), "end_sec": round(_end(clip), 2)},
+            "bbox": dict(zip(("top", "bottom", "left", "right"), clip.bbox, strict=True)),
+            "version": "v0.11",
+        }
+        for clip in clips
+    }
+
+
+def _start(clip: PlannedClip) -> float:
+    return clip.start_frame / clip.fps
+
+
+def _end(clip: PlannedClip) -> float:
+    return (clip.start_frame + clip.n_frames) / clip.fps
+
+
+def _annotations(world: World) -> dict:
+    """Whole seconds of the source video; what begins in the same second bears the same order."""
+    said = world.intervals.assign(said=world.intervals["action"].map(SAID)).dropna(subset="said")
+    by_clip = dict(iter(said.groupby("clip_id")))
+    records = {}
+    for clip in world.clips:
+        throughout = (*clip.catalogue_actions, *(["talk"] if clip.talks else []))
+        spans = {(name, int(_start(clip)), int(_end(clip))) for name in throughout}
+        for row in by_clip.get(clip.clip_id, said[:0]).itertuples():
+            first = (clip.start_frame + row.start_frame) // clip.fps
+            last = max(first + 1, (clip.start_frame + row.end_frame) // clip.fps)
+            spans.add((row.said, first, last))
+        ordered = sorted(spans, key=lambda span: (span[1], span[0], span[2]))
+        order = {second: place for place, second in enumerate(sorted({s[1] for s in spans}))}
+        records[clip.clip_id] = [
+            [name, [_clock(first, clip), _clock(last, clip), last - first, order[first]]]
+            for name, first, last in ordered
+        ]
+    return {"act": records, "app": {}}
+
+
+def _clock(second: int, clip: PlannedClip) -> str:
+    """h:mm:ss, in some clips without the zeros in front, as the published file has it."""
+    hours, minutes, seconds = second // 3600, second // 60 % 60, second % 60
+    padded = clip.index % 3 > 0
+    return f"{hours}:{minutes:02d}:{seconds:02d}" if padded else f"{hours}:{minutes}:{seconds}"
+
+
+def _head_pose(motion: pd.DataFrame, rng: np.random.Generator) -> pd.DataFrame:
+    """6DRepNet's degrees and signs: +yaw to the subject's right, +pitch up, +roll to the left."""
+    motion = _inside(motion)
+    degrees = np.degrees(motion[list(HEAD)].to_numpy(float))  # (n, 3) yaw left, pitch up, tilt left
+    degrees += rng.normal(scale=POSE_JITTER_DEG, size=degrees.shape)
+    pose = motion[["clip_id", "frame"]].reset_index(drop=True)
+    return pose.assign(pitch=degrees[:, 1], yaw=-degrees[:, 0], roll=degrees[:, 2])
+
+
+def _write_json(path: Path, content: dict) -> None:
+    path.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8", newline="")

@@ -1,0 +1,132 @@
+import json
+
+import pandas as pd
+import pytest
+
+from mimeline import tables
+from mimeline.clips.catalogue import catalogue, shard_of
+from mimeline.errors import BadFile
+
+OPTIONS = {"info": "info.json", "annotations": "acts.json"}
+
+
+def record(start=10.0, end=16.0, source="abc", **more):
+    box = {"top": 0.0, "bottom": 0.9, "left": 0.2, "right": 0.8}
+    return {"ytb_id": source, "duration": {"start_sec": start, "end_sec": end}, "bbox": box} | more
+
+
+@pytest.fixture
+def run(tmp_path):
+    def run(info, acts=None, shards=1, cut_s=None):
+        text = info if isinstance(info, str) else json.dumps(info)
+        (tmp_path / "info.json").write_text(text)
+        (tmp_path / "acts.json").write_text(json.dumps({"act": acts or {}}))
+        paths = [tmp_path / f"{n}.parquet" for n in range(shards)]
+        ledger = tmp_path / "ledger.parquet"
+        catalogue(tmp_path, paths, ledger, "celebvtext", OPTIONS, cut_s, None)
+        rows = tables.read(tables.LEDGER, ledger).set_index("clip_id")
+        return tables.read_all(tables.CLIPS, paths).set_index("clip_id"), rows
+
+    return run
+
+
+def test_whole_second_times_of_the_source_become_seconds_of_the_clip(run):
+    acts = {
+        "a_0.mp4": [
+            ["head wagging", ["0:0:9", "0:00:12", 3, 0]],
+            ["talk", ["0:00:11", "0:01:00", 49, 1]],
+        ]
+    }
+    clips, _ = run({"a_0.mp4": record()}, acts)
+    assert list(clips.loc["a_0", "actions"]) == [
+        {"name": "head_wagging", "start_s": 0.0, "end_s": 2.0},
+        {"name": "talk", "start_s": 1.0, "end_s": 6.0},
+    ]
+
+
+def test_a_box_in_shares_tells_no_size_and_a_box_in_pixels_does(run):
+    pixels = {"top": 10, "bottom": 610, "left": 5, "right": 517}
+    clips, _ = run({"a_0.mp4": record(), "b_0.mp4": record(bbox=pixels)})
+    assert pd.isna(clips.loc["a_0", "width"])
+    assert clips.loc["b_0", ["width", "height"]].tolist() == [512, 600]
+
+
+def test_ids_that_are_no_plain_file_name_fail_and_a_leading_dash_does_not(run):
+    hostile = ["../../outside", "a/b", "/etc/passwd", "nul\x00byte", "..", ".hidden", "a b", ""]
+    clips, ledger = run({"-abc_0.mp4": record(), **{name: record() for name in hostile}})
+    assert clips.index.tolist() == ["-abc_0"]
+    assert (ledger.drop("-abc_0")["rule"] == "unsafe_id").all()
+    assert len(ledger) == 1 + len(hostile)
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"ytb_id": "x"},
+        record(start=5, end=5),
+        record(start="soon"),
+        record(bbox=None),
+        "no record",
+        None,
+    ],
+)
+def test_a_record_that_is_none_fails_and_the_rest_goes_on(run, bad):
+    clips, ledger = run({"good_0.mp4": record(), "bad_0.mp4": bad})
+    assert clips.index.tolist() == ["good_0"]
+    assert ledger.loc["bad_0", ["status", "rule"]].tolist() == ["failed", "unreadable"]
+
+
+@pytest.mark.parametrize("text", ["", "[1, 2]", '{"a": ', '{"a_0.mp4": {}, "a_0.mp4": {}}'])
+def test_a_file_that_is_no_catalogue_stops_the_run(run, text):
+    with pytest.raises(BadFile, match="info.json"):
+        run(text)
+
+
+def test_clips_of_a_source_share_a_shard_whatever_else_there_is(run):
+    info = {f"{source}_{n}.mp4": record(source=source) for source in "abcdefgh" for n in range(3)}
+    clips, _ = run(info, shards=3)
+    assert (clips.groupby("source_id")["shard"].nunique() == 1).all()
+    assert clips["shard"].nunique() > 1
+    assert all(clips.loc["a_0", "shard"] == shard_of("a", 3) for _ in range(2))
+
+
+def test_a_take_longer_than_the_limit_is_cut_into_consecutive_clips(run):
+    acts = {"a.mp4": [["talk", ["0:00:08", "0:00:12", 4, 0]]]}
+    clips, _ = run({"a.mp4": record(start=0.0, end=25.0)}, acts, cut_s=10)
+    assert clips.index.tolist() == ["a_000", "a_001", "a_002"]
+    assert clips["start_s"].tolist() == [0, 10, 20]
+    assert clips["end_s"].tolist() == [10, 20, 25]
+    assert [a["end_s"] for a in clips.loc["a_000", "actions"]] == [10.0]
+    assert [a["end_s"] for a in clips.loc["a_001", "actions"]] == [2.0]
+
+
+def test_files_of_a_folder_are_takes_as_long_as_their_results(tmp_path, real_data):
+    tracker = {
+        "format": "livelink",
+        "options": {"folder": ".", "fps": "30", "timecode_base": 60, "angle_unit": "radians"},
+        "bad_values": "fail",
+    }
+    out, ledger = tmp_path / "clips.parquet", tmp_path / "ledger.parquet"
+    options = {"pattern": "*.csv", "exclude": []}
+    catalogue(real_data / "arkit_livelink", [out], ledger, "files", options, 10.0, tracker)
+    clips = tables.read(tables.CLIPS, out)
+    assert len(clips) == 14
+    assert clips["end_s"].max() == pytest.approx(4033 / 30)
+
+
+def test_a_real_catalogue_reads_whole(tmp_path, real_data):
+    out, ledger = tmp_path / "clips.parquet", tmp_path / "ledger.parquet"
+    options = {"info": "celebvtext_info-sample.json", "annotations": None}
+    catalogue(real_data / "celebv", [out], ledger, "celebvtext", options, None, None)
+    clips = tables.read(tables.CLIPS, out)
+    assert len(clips) == 43
+    assert clips["clip_id"].str.startswith("-").sum() == 1
+
+
+def test_a_folder_without_takes_or_no_folder_says_so(tmp_path):
+    options = {"pattern": "*.csv", "exclude": []}
+    out = ([tmp_path / "clips.parquet"], tmp_path / "ledger.parquet")
+    with pytest.raises(BadFile, match=r"no file \*.csv"):
+        catalogue(tmp_path, *out, "files", options, None, {})
+    with pytest.raises(BadFile, match="no such folder"):
+        catalogue(tmp_path / "nowhere", *out, "files", options, None, {})

@@ -1,0 +1,159 @@
+import numpy as np
+import pytest
+from sklearn.metrics import adjusted_rand_score
+
+from mimeline.ticc import TICC
+
+
+def split(values, lengths):
+    return np.split(values, np.cumsum(lengths)[:-1])
+
+
+def test_planted_motions_are_found_over_many_sequences(series, fitted):
+    _, _, truth = series
+    assert adjusted_rand_score(truth, fitted.labels_) > 0.9
+
+
+def test_motions_of_unseen_sequences_are_found(plant, fitted):
+    X, truth = plant([150, 70, 300], seed=5)
+    assert adjusted_rand_score(truth, fitted.predict(X, [150, 70, 300])) > 0.9
+
+
+def test_every_frame_is_labelled_in_sequences_shorter_than_the_window_too(series, fitted):
+    X, lengths, _ = series
+    labels, margins = fitted.decode(X, lengths)
+    assert labels.shape == margins.shape == (len(X),)
+    assert labels.dtype == np.int64
+    assert set(labels) == {0, 1, 2}
+    assert np.isfinite(margins).all() and (margins >= 0).all()
+    assert fitted.predict(X[:1]).shape == (1,)
+
+
+def test_labels_of_fit_are_those_that_predict_gives(series, fitted):
+    X, lengths, _ = series
+    assert np.array_equal(fitted.labels_, fitted.predict(X, lengths))
+
+
+def test_sequences_are_labelled_alike_in_any_order_and_any_company(series, fitted):
+    X, lengths, _ = series
+    alone = [fitted.predict(part) for part in split(X, lengths)]
+    order = np.random.default_rng(0).permutation(len(lengths))
+    mixed = np.concatenate([split(X, lengths)[i] for i in order])
+    together = split(fitted.predict(mixed, lengths[order]), lengths[order])
+    for position, i in enumerate(order):
+        assert np.array_equal(together[position], alone[i])
+
+
+def test_what_lies_in_the_next_sequence_changes_no_estimate(plant):
+    """Means and precisions see full windows only, and those lie within a sequence."""
+    X, _ = plant([200, 200], seed=3)
+    far = X.copy()
+    far[200:] += 50.0
+    model = TICC(n_clusters=2, window=5, beta=5.0).fit(far, [200, 200])
+    near = model.means_.reshape(2, 5, 3).mean(axis=(1, 2))
+    assert sorted(np.round(near)) == pytest.approx([0, 50], abs=1)
+    assert np.ptp(model.labels_[:200]) == np.ptp(model.labels_[200:]) == 0
+    variance = np.linalg.inv(model.precisions_).diagonal(axis1=1, axis2=2)
+    straddling = 50.0**2 * 4 / 200  # what four windows over the border would add to the variance
+    assert variance.max() < straddling + far.var(axis=0).max() * model.sparsity
+
+
+def test_a_dearer_switch_gives_fewer_switches(series, fitted):
+    X, lengths, _ = series
+    before = np.count_nonzero(np.diff(fitted.labels_))
+    held = TICC(n_clusters=3, window=4, beta=50.0)
+    for name in ("means_", "precisions_", "scale_"):
+        setattr(held, name, getattr(fitted, name))
+    assert np.count_nonzero(np.diff(held.predict(X, lengths))) < before
+
+
+def test_the_likelihood_of_the_same_motions_exceeds_that_of_others(series, fitted):
+    X, lengths, _ = series
+    assert fitted.score(X, lengths) > fitted.score(X[:, ::-1], lengths) + 1
+
+
+def test_a_unit_changes_no_label(series, fitted):
+    X, lengths, _ = series
+    units = np.array([100.0, 0.01, 1.0])
+    model = TICC(n_clusters=3, window=4, beta=5.0, max_iter=15).fit(X * units + 7.0, lengths)
+    assert np.array_equal(model.labels_, fitted.labels_)
+
+
+def test_one_cluster_holds_every_frame_and_nothing_else_is_near(series):
+    X, lengths, _ = series
+    model = TICC(n_clusters=1, window=4).fit(X, lengths)
+    labels, margins = model.decode(X, lengths)
+    assert (labels == 0).all() and np.isinf(margins).all()
+
+
+def test_more_clusters_than_motions_leave_no_nan(series):
+    X, lengths, _ = series
+    model = TICC(n_clusters=20, window=4, max_iter=5).fit(X, lengths)
+    assert np.isfinite(model.means_).all() and np.isfinite(model.precisions_).all()
+    assert np.linalg.eigvalsh(model.precisions_).min() > 0
+
+
+def test_a_seed_gives_one_result(series, fitted):
+    X, lengths, _ = series
+    again = TICC(n_clusters=3, window=4, beta=5.0, max_iter=15).fit(X, lengths)
+    assert again.fingerprint() == fitted.fingerprint()
+
+
+def test_a_saved_model_comes_back_whole(series, fitted, tmp_path):
+    X, lengths, _ = series
+    fitted.save(tmp_path / "new" / "model")
+    back = TICC.load(tmp_path / "new" / "model")
+    assert back.fingerprint() == fitted.fingerprint()
+    assert back.get_params() == fitted.get_params()
+    assert np.array_equal(back.predict(X, lengths), fitted.labels_)
+    assert (back.objective_, back.n_iter_, back.converged_) == (
+        fitted.objective_,
+        fitted.n_iter_,
+        fitted.converged_,
+    )
+
+
+def test_a_fingerprint_tells_models_apart(fitted, tmp_path):
+    fitted.save(tmp_path)
+    other = TICC.load(tmp_path)
+    other.means_[0, 0] += 1e-12
+    assert other.fingerprint() != fitted.fingerprint()
+    other = TICC.load(tmp_path)
+    other.beta = 6.0
+    assert other.fingerprint() != fitted.fingerprint()
+
+
+def test_a_model_of_another_format_is_refused(fitted, tmp_path):
+    fitted.save(tmp_path)
+    facts = tmp_path / "model.json"
+    facts.write_text(facts.read_text().replace('"format": 1', '"format": 99'))
+    with pytest.raises(ValueError, match=r"model\.json: found format 99, expected 1"):
+        TICC.load(tmp_path)
+
+
+def test_what_cannot_be_clustered_is_refused_with_its_place(plant):
+    X, _ = plant([100])
+    bad = X.copy()
+    bad[17, 2] = np.nan
+    with pytest.raises(ValueError, match="nan at frame 17, channel 2"):
+        TICC(n_clusters=2).fit(bad)
+    still = X.copy()
+    still[:, 1] = 0.3
+    with pytest.raises(ValueError, match=r"constant channels \[1\]"):
+        TICC(n_clusters=2).fit(still)
+    with pytest.raises(ValueError, match="found 6 full windows of 5 frames"):
+        TICC(n_clusters=9).fit(X[:10])
+    with pytest.raises(ValueError, match="found 0 full windows"):
+        TICC(n_clusters=2).fit(X, [4] * 25)
+    with pytest.raises(ValueError, match="found a sum of 90, expected 100"):
+        TICC(n_clusters=2).fit(X, [60, 30])
+    with pytest.raises(ValueError, match="beta: found -1"):
+        TICC(beta=-1).fit(X)
+    with pytest.raises(ValueError, match="not fitted"):
+        TICC().predict(X)
+
+
+def test_a_fitted_model_refuses_other_channels(series, fitted):
+    X, lengths, _ = series
+    with pytest.raises(ValueError, match="found 2 channels, expected 3"):
+        fitted.predict(X[:, :2], lengths)

@@ -1,0 +1,83 @@
+import numpy as np
+import pandas as pd
+import pytest
+
+from mimeline import tables
+from mimeline.tracking.ingest import ingest
+
+OPTIONS = {"folder": ".", "fps": "30", "timecode_base": 60, "angle_unit": "radians"}
+
+
+def clips_table(rows: list[dict]) -> pd.DataFrame:
+    table = pd.DataFrame(rows, columns=tables.CLIPS.schema.names)
+    table["actions"] = [[]] * len(table)
+    table["texts"] = [[]] * len(table)
+    return table.assign(shard=0)
+
+
+@pytest.fixture
+def run(tmp_path):
+    def run(clips: list[dict], **keys):
+        tables.write(tables.CLIPS, clips_table(clips), tmp_path / "clips.parquet")
+        out = {name: tmp_path / f"{name}.parquet" for name in ("motion", "kept", "ledger")}
+        defaults = {"format": "livelink", "options": OPTIONS, "bad_values": "fail"}
+        keys = defaults | {"max_missing": 0.3} | keys
+        ingest(tmp_path / "clips.parquet", tmp_path, **out, **keys)
+        return (
+            tables.read(tables.MOTION, out["motion"]),
+            tables.read(tables.CLIPS, out["kept"]),
+            tables.read(tables.LEDGER, out["ledger"]).set_index("clip_id"),
+        )
+
+    return run
+
+
+def clip(clip_id: str, start_s: float, end_s: float, source_id: str = "source") -> dict:
+    return {"clip_id": clip_id, "source_id": source_id, "start_s": start_s, "end_s": end_s}
+
+
+def test_a_clip_has_its_own_result_and_its_frame_clock(run, livelink_rows, tmp_path):
+    livelink_rows.to_csv(tmp_path / "a.csv", index=False)
+    motion, kept, ledger = run([clip("a", 7.0, 7.0 + 5 / 30)])
+    assert motion["frame"].tolist() == [0, 1, 2, 3, 4]
+    assert kept[["fps_num", "fps_den", "n_frames"]].iloc[0].tolist() == [30, 1, 5]
+    assert ledger.loc["a", ["status", "rule", "first_frame"]].tolist() == ["kept", "masked", 3]
+
+
+def test_a_part_of_a_longer_take_is_cut_out_by_its_seconds(run, livelink_rows, tmp_path):
+    livelink_rows.to_csv(tmp_path / "source.csv", index=False)
+    motion, _, _ = run([clip("s_0", 0, 2 / 30), clip("s_1", 2 / 30, 5 / 30)], max_missing=0.5)
+    assert motion.groupby("clip_id")["frame"].apply(list).to_dict() == {
+        "s_0": [0, 1],
+        "s_1": [0, 1, 2],
+    }
+    second = motion[motion["clip_id"] == "s_1"]
+    assert second["jawOpen"].iloc[0] == pytest.approx(livelink_rows["JawOpen"].iloc[2])
+
+
+def test_a_clip_that_the_tracker_lost_is_dropped_with_its_frames(run, livelink_rows, tmp_path):
+    livelink_rows.to_csv(tmp_path / "a.csv", index=False)
+    motion, kept, ledger = run([clip("a", 0, 10 / 30)])  # the result ends after half of the clip
+    assert motion.empty
+    assert kept.empty
+    row = ledger.loc["a"]
+    assert row[["status", "rule", "last_frame"]].tolist() == ["dropped", "tracking_lost", 8]
+    assert row["value"] == pytest.approx(5 / 9)
+
+
+def test_bad_files_fail_and_the_rest_goes_on(run, livelink_rows, tmp_path):
+    livelink_rows.to_csv(tmp_path / "good.csv", index=False)
+    livelink_rows.to_csv(tmp_path / "headless.csv", index=False, header=False)
+    livelink_rows.assign(JawOpen="text").to_csv(tmp_path / "text.csv", index=False)
+    names = ["good", "headless", "text", "missing"]
+    motion, _, ledger = run([clip(name, 0, 5 / 30, name) for name in names])
+    assert motion["clip_id"].unique().tolist() == ["good"]
+    assert ledger["status"].to_dict() == {"good": "kept"} | dict.fromkeys(names[1:], "failed")
+    assert ledger.loc["missing", "rule"] == "no_tracking_result"
+    assert "line 2, column JawOpen" in ledger.loc["text", "detail"]
+
+
+def test_an_empty_shard_gives_empty_tables_with_their_types(run):
+    motion, kept, ledger = run([])
+    assert len(motion) == len(kept) == len(ledger) == 0
+    assert motion["jawOpen"].dtype == np.float32

@@ -1,0 +1,87 @@
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from mimeline.errors import BadFile, MissingColumn
+from mimeline.tracking import pyfeat
+
+
+def read(rows, tmp_path, bad_values="fail"):
+    path = tmp_path / "clip.csv"
+    rows.to_csv(path, index=False)
+    return pyfeat.read(path, fps="25", bad_values=bad_values)
+
+
+def test_every_second_frame_gives_a_clock_of_half_the_rate(pyfeat_rows, tmp_path):
+    take = read(pyfeat_rows, tmp_path)
+    assert take.fps == Fraction(25, 2)
+    assert take.motion["frame"].tolist() == [0, 1, 2]
+
+
+def test_what_the_format_lacks_is_not_measured(pyfeat_rows, tmp_path):
+    motion = read(pyfeat_rows, tmp_path).motion
+    assert motion["tongueOut"].isna().all()
+    assert motion["jawOpen"].notna().all()
+
+
+def test_angles_take_the_subjects_left_and_up_as_positive(pyfeat_rows, tmp_path):
+    first = read(pyfeat_rows, tmp_path).motion.iloc[0]
+    assert first["head_yaw_left"] == pytest.approx(-0.3)
+    assert first["head_pitch_up"] == pytest.approx(-0.1)
+    assert first["head_tilt_left"] == pytest.approx(-0.2)
+    assert first["gaze_left"] == pytest.approx(0.5)
+    assert first["gaze_up"] == pytest.approx(0.4)
+
+
+def test_the_surest_of_several_faces_is_taken(pyfeat_rows, tmp_path):
+    pyfeat_rows["frame"] = [4, 4, 6]
+    pyfeat_rows["FaceScore"] = [0.5, 0.99, 0.8]
+    motion = read(pyfeat_rows, tmp_path).motion
+    assert motion["confidence"].tolist() == [0.99, 0.8]
+    assert motion["jawOpen"].iloc[0] == pytest.approx(pyfeat_rows["jawOpen"].iloc[1])
+
+
+def test_a_frame_without_a_face_is_masked(pyfeat_rows, tmp_path):
+    blank = pyfeat_rows.columns.drop(["frame", "input"])
+    pyfeat_rows.loc[1, blank] = np.nan  # written as empty cells
+    take = read(pyfeat_rows, tmp_path)
+    assert take.motion["valid"].tolist() == [True, False, True]
+
+
+def test_a_frame_that_was_left_out_is_masked(pyfeat_rows, tmp_path):
+    pyfeat_rows["frame"] = [4, 6, 10]
+    assert read(pyfeat_rows, tmp_path).motion["valid"].tolist() == [True, True, False, True]
+
+
+def test_text_in_a_number_is_named_by_line_and_column(pyfeat_rows, tmp_path):
+    pyfeat_rows["jawOpen"] = pyfeat_rows["jawOpen"].astype(object)
+    pyfeat_rows.loc[1, "jawOpen"] = "wide"
+    with pytest.raises(BadFile, match="line 3, column jawOpen.*'wide'"):
+        read(pyfeat_rows, tmp_path)
+
+
+def test_a_missing_frame_column_is_refused(pyfeat_rows, tmp_path):
+    with pytest.raises(MissingColumn, match="frame"):
+        read(pyfeat_rows.drop(columns="frame"), tmp_path)
+
+
+def test_real_tables_read_and_turn_as_their_mesh_does(real_data):
+    import pandas as pd
+
+    motions, meshes = [], []
+    for path in sorted((real_data / "pyfeat").glob("0*.csv")):
+        take = pyfeat.read(path, fps="25", bad_values="fail")
+        assert take.fps == Fraction(25, 2)
+        motions.append(take.motion)
+        meshes.append(pd.read_csv(path))
+    motion, mesh = pd.concat(motions), pd.concat(meshes)
+    # The outer corner of the left eye (263) recedes where the head turns to the subject's left.
+    turn = mesh["mesh_z_263"] - mesh["mesh_z_33"]
+    assert np.corrcoef(motion["head_yaw_left"], turn)[0, 1] > 0.9
+    # The chin (152) comes forward against the forehead (10) where the head lifts.
+    lift = mesh["mesh_z_10"] - mesh["mesh_z_152"]
+    assert np.corrcoef(motion["head_pitch_up"], lift)[0, 1] > 0.9
+    # The left eye sinks in the picture where the head tilts to the subject's left shoulder.
+    tilt = mesh["mesh_y_263"] - mesh["mesh_y_33"]
+    assert np.corrcoef(motion["head_tilt_left"], tilt)[0, 1] > 0.9

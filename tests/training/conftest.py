@@ -1,0 +1,108 @@
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import torch
+
+from mimeline import tables
+from mimeline.training.train import train
+from mimeline.vocabulary import ACTIONS, CHANNELS
+
+OPTIONS = {
+    "window": 16,
+    "width": 16,
+    "heads": 2,
+    "base_layers": 1,
+    "branch_layers": 1,
+    "diffusion_steps": 100,
+    "drop_all": 0.1,
+    "drop_none": 0.1,
+    "drop_each": 0.5,
+    "steps": 60,
+    "batch": 8,
+    "learning_rate": 3e-3,
+    "ema": 0.9,
+    "clip_norm": 1.0,
+    "seed": 0,
+}
+
+
+@dataclass(frozen=True)
+class Tables:
+    """Files of a world where the brow is up in every other ten frames, and its channels obey."""
+
+    motion: Path
+    frames: Path
+    split: Path
+    statistics: Path
+
+    def train(self, checkpoint: Path, **changes) -> Path:
+        files = ([self.motion], [self.frames], self.split, self.statistics)
+        train("timeline", *files, checkpoint, OPTIONS | changes)
+        return checkpoint
+
+
+def write_tables(folder: Path, lengths: dict[str, int]) -> Tables:
+    rng = np.random.default_rng(0)
+    keys = [(clip, i) for clip, length in lengths.items() for i in range(length)]
+    frames = pd.DataFrame(keys, columns=["clip_id", "frame"])
+    up = frames["frame"] // 10 % 2 == 1
+    motion = frames.assign(
+        valid=True,
+        browInnerUp=np.where(up, 0.9, 0.1) + rng.normal(0, 0.02, len(frames)),
+        jawOpen=0.5 + rng.normal(0, 0.02, len(frames)),
+        head_yaw_left=np.where(up, 0.3, -0.3) + rng.normal(0, 0.02, len(frames)),
+    ).reindex(columns=tables.MOTION.schema.names)
+    frames = frames.assign(**{name: up if name == "BrowUp" else False for name in ACTIONS})
+    values = motion[list(CHANNELS)].astype(float)
+    statistics = pd.DataFrame(
+        {
+            "channel": list(CHANNELS),
+            "measured": values.notna().mean().fillna(0.0).to_numpy(),
+            "mean": values.mean().to_numpy(),
+            "std": values.std().to_numpy(),
+            "low": values.min().to_numpy(),
+            "high": values.max().to_numpy(),
+        }
+    )
+    part = ["val" if clip.startswith("val") else "train" for clip in lengths]
+    split = pd.DataFrame({"clip_id": list(lengths), "part": part, "group": list(lengths)})
+    found = Tables(*(folder / f"{name}.parquet" for name in Tables.__annotations__))
+    tables.write(tables.MOTION, motion, found.motion)
+    tables.write(tables.FRAMES, frames, found.frames)
+    tables.write(tables.SPLIT, split, found.split)
+    tables.write(tables.STATISTICS, statistics, found.statistics)
+    return found
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_thread():
+    """Threads only wait for each other on models this small."""
+    torch.set_num_threads(1)
+
+
+@pytest.fixture(scope="session")
+def world(tmp_path_factory) -> Tables:
+    return write_tables(
+        tmp_path_factory.mktemp("world"), {"one": 60, "two": 45, "short": 9, "val": 40}
+    )
+
+
+@pytest.fixture(scope="session")
+def trained(world, tmp_path_factory) -> Path:
+    """A checkpoint that learnt for a second; not to be written to."""
+    return world.train(tmp_path_factory.mktemp("trained") / "timeline")
+
+
+@pytest.fixture
+def empty(tmp_path) -> Path:
+    """The checkpoint of a training without a training clip."""
+    return write_tables(tmp_path, {"val": 40}).train(tmp_path / "timeline")
+
+
+@pytest.fixture
+def unvalidated(tmp_path) -> Path:
+    """The checkpoint of two steps without a validation clip."""
+    return write_tables(tmp_path, {"one": 30}).train(tmp_path / "timeline", steps=2)
