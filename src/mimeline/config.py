@@ -240,14 +240,14 @@ class Config(Section):
     @model_validator(mode="after")
     def _limits_agree(self) -> "Config":
         if self.select.min_s > self.select.max_s:
-            raise ValueError("select.min_s is larger than select.max_s")
+            raise ValueError("select.min_s to be at most select.max_s")
         if self.split.val + self.split.test >= 1:
-            raise ValueError("split.val and split.test leave nothing for training")
+            raise ValueError("split.val + split.test to be below 1, so that training has clips")
         model = self.train.timeline
         if model.drop_all + model.drop_none > 1:
-            raise ValueError("train.timeline.drop_all and drop_none add up to more than 1")
+            raise ValueError("train.timeline.drop_all + drop_none to be at most 1")
         if model.width % (2 * model.heads):
-            raise ValueError("train.timeline.width is not a multiple of twice the heads")
+            raise ValueError("train.timeline.width to be a multiple of twice the heads")
         return self
 
 

@@ -3,7 +3,7 @@
 import ast
 import hashlib
 import logging
-import os
+import re
 import shutil
 import sys
 from collections.abc import Iterator, Sequence
@@ -15,7 +15,7 @@ from typing import Any
 
 from mimeline.config import validate
 from mimeline.errors import BadFile, MimelineError
-from mimeline.vocabulary import SERIES_REGIONS
+from mimeline.vocabulary import SERIES_REGIONS, resource
 
 PACKAGE = "mimeline"
 
@@ -36,15 +36,8 @@ def settle_config(config: dict[str, Any]) -> dict[str, Any]:
                 remedy="Set data_dir to it, or to null for the toy world.",
             )
     except MimelineError as error:
-        fail(error)
+        sys.exit(f"mimeline: {error}")
     return settled
-
-
-def fail(error: MimelineError) -> None:
-    """Tell the problem in one line and end the program."""
-    print(f"mimeline: {error}", file=sys.stderr, flush=True)
-    # Snakemake would print a traceback for an exception and for sys.exit.
-    os._exit(1)
 
 
 def chosen(section: dict[str, Any]) -> dict[str, Any]:
@@ -139,7 +132,8 @@ def _remove(path: Path) -> None:
 def code_digest(*modules: str) -> str:
     """Digest of the first-party code that the modules run: their own and all that they import.
 
-    Comments, docstrings and layout do not count. Imports of names decided at run time are missed.
+    The resource tables, templates and style sheets that the code names count too; comments,
+    docstrings and layout do not. Imports of names decided at run time are missed.
     """
     seen: set[str] = set()
     todo = list(modules)
@@ -160,6 +154,7 @@ def _parsed(module: str) -> tuple[str, tuple[str, ...]]:
     path = _source(module)
     tree = ast.parse(path.read_text(encoding="utf-8"))
     imported = {".".join(module.split(".")[:-1])} if "." in module else set()
+    data: set[Path] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             imported |= {alias.name for alias in node.names}
@@ -171,8 +166,20 @@ def _parsed(module: str) -> tuple[str, tuple[str, ...]]:
                 base = ".".join([*parents, base] if base else parents)
             imported |= {base, *(f"{base}.{alias.name}" for alias in node.names)}
         _strip_docstring(node)
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            data |= {file for file in _data_files(path.parent, node.value) if file.is_file()}
     first_party = (name for name in imported if name.split(".")[0] == PACKAGE and _source(name))
-    return hashlib.sha256(ast.dump(tree).encode()).hexdigest(), tuple(sorted(first_party))
+    digest = hashlib.sha256(ast.dump(tree).encode())
+    for file in sorted(data):
+        digest.update(file.read_bytes())
+    return digest.hexdigest(), tuple(sorted(first_party))
+
+
+def _data_files(folder: Path, name: str) -> tuple[Path, ...]:
+    """Where a file that code calls `name` may lie: among the resources or beside the code."""
+    if not re.fullmatch(r"[\w-]+(\.[\w-]+)+", name) or name.endswith(".py"):
+        return ()
+    return resource(name), folder / name
 
 
 def _strip_docstring(node: ast.AST) -> None:

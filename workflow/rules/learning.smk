@@ -67,6 +67,7 @@ rule evaluate:
     params:
         side=lookup("series/side", within=config),
         annotate=lookup("annotate", within=config),
+        resamples=lookup("evaluate/bootstrap", within=config),
         options=lookup("evaluate/{model}", within=config),
         code=code_digest("mimeline.evaluation.timeline"),
     message:

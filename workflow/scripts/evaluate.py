@@ -18,5 +18,6 @@ with stage(snakemake) as job:
         generated=job.output.generated,
         annotate=job.params.annotate,
         side=job.params.side,
+        resamples=job.params.resamples,
         options=job.params.options,
     )

@@ -1,0 +1,109 @@
+"""A checkout of its own in which the whole workflow has run once on a tiny toy world."""
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from snakemake.api import SnakemakeApi
+from snakemake.settings.types import (
+    ConfigSettings,
+    DAGSettings,
+    OutputSettings,
+    Quietness,
+    ResourceSettings,
+)
+
+CHECKOUT = Path(__file__).parents[2]
+PARTS = ("Snakefile", "workflow", "config", "profiles", "src", "resources")
+
+
+@dataclass
+class Workflow:
+    """A checkout: snakemake runs in it as a user would run it."""
+
+    root: Path
+
+    def run(self, *arguments: str, config: tuple[str, ...] = ("tests/workflow/tiny.yaml",)):
+        """Run snakemake with the config files given; returns the finished process."""
+        files = [str(CHECKOUT / name) for name in config]
+        command = [sys.executable, "-m", "snakemake", "--cores", "2", *arguments]
+        command += ["--configfile", *files] if files else []
+        return subprocess.run(
+            command,
+            cwd=self.root,
+            env=os.environ | {"PYTHONPATH": str(self.root / "src")},
+            capture_output=True,
+            text=True,
+            timeout=600,
+        )
+
+    def would_rerun(self, *config: str) -> set[str]:
+        """The rules that a dry run names, with these config files after the tiny one."""
+        done = self.run("-n", config=("tests/workflow/tiny.yaml", *config))
+        text = done.stdout + done.stderr
+        assert done.returncode == 0, text
+        stats = re.search(r"^job +count\n[- ]+\n(.*?)^total", text, re.M | re.S)
+        rules = {line.split()[0] for line in stats[1].splitlines()} if stats else set()
+        return rules - {"all"}
+
+
+def copy_checkout(root: Path) -> Workflow:
+    """Copy what the workflow needs; a change in the copy touches nothing else."""
+    for name in PARTS:
+        source = CHECKOUT / name
+        if source.is_dir():
+            shutil.copytree(source, root / name, ignore=shutil.ignore_patterns("__pycache__"))
+        else:
+            shutil.copy2(source, root / name)
+    return Workflow(root)
+
+
+@pytest.fixture(scope="session")
+def toy_run(tmp_path_factory) -> Workflow:
+    """A checkout in which `snakemake all` has run on the tiny toy world."""
+    workflow = copy_checkout(tmp_path_factory.mktemp("checkout"))
+    done = workflow.run()
+    assert done.returncode == 0, done.stdout + done.stderr
+    return workflow
+
+
+@pytest.fixture
+def checkout(tmp_path) -> Workflow:
+    """A checkout in which nothing has run."""
+    return copy_checkout(tmp_path / "checkout")
+
+
+@pytest.fixture(scope="session")
+def job_params(tmp_path_factory):
+    """config → params by (rule, wildcard values) of all jobs, computed in this process."""
+    workdir = tmp_path_factory.mktemp("dag")
+    (workdir / "config").symlink_to(CHECKOUT / "config")
+
+    def job_params(config: dict) -> dict[tuple[str, tuple[str, ...]], dict]:
+        here = Path.cwd()
+        try:
+            with SnakemakeApi(OutputSettings(quiet={Quietness.ALL})) as api:
+                workflow = api.workflow(
+                    resource_settings=ResourceSettings(cores=1),
+                    config_settings=ConfigSettings(config=config),
+                    snakefile=CHECKOUT / "Snakefile",
+                    workdir=workdir,
+                )
+                workflow.dag(DAGSettings(forceall=True))
+                inner = workflow._workflow  # the public interface prints, but does not give, jobs
+                inner.dag_settings = DAGSettings(forceall=True)
+                inner._prepare_dag(forceall=True, ignore_incomplete=True, lock_warn_only=True)
+                inner._build_dag()
+                return {
+                    (job.rule.name, tuple(job.wildcards_dict.values())): dict(job.params.items())
+                    for job in inner.dag.jobs
+                }
+        finally:
+            os.chdir(here)
+
+    return job_params

@@ -1,0 +1,67 @@
+"""A mistake of the user ends in one line that names file, place and remedy."""
+
+import pytest
+import yaml
+
+
+def complaint(done) -> str:
+    """The one line of mimeline's in what a failed run printed."""
+    assert done.returncode != 0
+    text = done.stdout + done.stderr
+    assert "Traceback" not in text, text
+    lines = [
+        line for line in text.splitlines() if line.startswith("mimeline: ") and "found" in line
+    ]
+    assert len(lines) == 1, text
+    return lines[0]
+
+
+def test_a_missing_data_dir(checkout):
+    line = complaint(checkout.run("-n", "--config", "data_dir=nowhere", config=()))
+    assert "nowhere: found no such folder" in line
+    assert "Set data_dir" in line
+
+
+def test_an_unknown_key(checkout):
+    line = complaint(checkout.run("-n", "--config", "segmnt={}", config=()))
+    assert "key segmnt: found an unknown key" in line
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"model": "0123456789abcdef"}, "region brow: found names for model 0123456789abcdef"),
+        ({"clusters": {0: "EyebrowUp"}}, "region brow, cluster 0: found 'EyebrowUp'"),
+    ],
+)
+def test_a_label_file_that_does_not_fit_stops_the_run(toy_run, tmp_path, change, message):
+    names = yaml.safe_load((toy_run.root / "results/label/labels.yaml").read_text())
+    names["brow"] |= change
+    labels, config = tmp_path / "names.yaml", tmp_path / "config.yaml"
+    labels.write_text(yaml.safe_dump(names))
+    config.write_text(yaml.safe_dump({"label": {"file": str(labels)}}))
+    wanted = ("results/label/labels.parquet",)
+    done = toy_run.run(*wanted, config=("tests/workflow/tiny.yaml", str(config)))
+    line = complaint(done)
+    assert message in line
+    assert str(labels) in line
+    # The names of the last good run are gone with the failed rule; they come back as they were.
+    again = toy_run.run(*wanted)
+    assert again.returncode == 0, again.stderr
+
+
+def test_a_label_file_that_fits_names_the_clusters(toy_run, tmp_path):
+    import pandas as pd
+
+    names = yaml.safe_load((toy_run.root / "results/label/labels.yaml").read_text())
+    names["brow"]["clusters"] = {0: {"action": "BrowUp", "note": "strong"}}
+    labels, config = tmp_path / "names.yaml", tmp_path / "config.yaml"
+    labels.write_text(yaml.safe_dump(names))
+    config.write_text(yaml.safe_dump({"label": {"file": str(labels)}}))
+    wanted = ("results/label/labels.parquet",)
+    done = toy_run.run(*wanted, config=("tests/workflow/tiny.yaml", str(config)))
+    assert done.returncode == 0, done.stderr
+    table = pd.read_parquet(toy_run.root / "results/label/labels.parquet")
+    row = table[(table["region"] == "brow") & (table["cluster"] == 0)].iloc[0]
+    assert row[["action", "note", "source"]].tolist() == ["BrowUp", "strong", "human"]
+    assert toy_run.run(*wanted).returncode == 0

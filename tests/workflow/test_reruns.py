@@ -1,0 +1,222 @@
+"""What a changed key, changed code or nothing at all makes run again."""
+
+import copy
+import types
+import typing
+from functools import reduce
+
+import pytest
+import yaml
+
+from mimeline.config import Config, Section
+
+AFTER_POSE = {"series", "segment", "label", "annotate", "split", "train", "evaluate"}
+AFTER_POSE |= {"evaluate_annotation", "report"}
+AFTER_LABEL = {"annotate", "train", "evaluate", "evaluate_annotation", "report"}
+
+# Which rules use a key: the longest prefix that matches it. A section's keys belong to the rule of
+# its name; what other rules use besides is told here.
+USERS: dict[str, set[str]] = {
+    "toy": {"toy"},
+    "catalogue": {"catalogue"},
+    "select": {"select"},
+    "ingest": {"ingest"},
+    "pose": {"pose"},
+    "series": {"series"},
+    "series.side": {
+        "series",
+        "segment",
+        "label",
+        "evaluate_annotation",
+        "evaluate",
+        "report",
+    },
+    "segment": {"segment"},
+    "label": {"label"},
+    "annotate": {"annotate", "evaluate_annotation", "evaluate", "report"},
+    "split": {"split"},
+    "train.timeline": {"train"},
+    "evaluate.truth": set(),  # an input, no param
+    "evaluate.gmm_components": {"evaluate_annotation"},
+    "evaluate.bootstrap": {"evaluate_annotation", "evaluate"},
+    "evaluate.seed": {"evaluate_annotation"},
+    "evaluate.timeline": {"evaluate"},
+    "report": {"report"},
+}
+# A block of a format counts where its format is chosen, and only there.
+FORMATS = {
+    "catalogue.celebvtext": {},
+    "catalogue.files": {"catalogue": {"format": "files"}},
+    "ingest.livelink": {},
+    "ingest.pyfeat": {"ingest": {"format": "pyfeat"}},
+    "pose.sixdrepnet": {},
+}
+# These change which jobs there are, or where their files lie, not the params of a rule.
+STRUCTURE = {"data_dir", "shards", "pathvars", "train.models"}
+
+
+def leaves(section: type[Section], prefix: str = ""):
+    for name, field in section.model_fields.items():
+        if isinstance(field.annotation, type) and issubclass(field.annotation, Section):
+            yield from leaves(field.annotation, f"{prefix}{name}.")
+        elif f"{prefix}{name}" not in STRUCTURE:
+            yield f"{prefix}{name}", field
+
+
+KEYS = dict(leaves(Config))
+
+
+def another(key: str, field, value):
+    """A value that the key allows and that differs from this one."""
+    literal = next((a for a in _options(field.annotation) if a != value), None)
+    if literal is not None:
+        return literal
+    special = {
+        "select.exclusions": "left-out.csv",
+        "label.file": "names.yaml",
+        "evaluate.truth": "truth",
+        "catalogue.cut_s": 7.5,
+        "train.timeline.width": 128,
+        "train.timeline.heads": 2,
+    }
+    if key in special:
+        return special[key]
+    if isinstance(value, list):
+        return [*value, "another"]
+    if isinstance(value, int):
+        return value + 1
+    if isinstance(value, float):
+        return value * 0.9 + 0.003
+    return "50" if key.endswith("fps") else f"another-{value}"
+
+
+def _options(annotation) -> tuple:
+    if typing.get_origin(annotation) is typing.Literal:
+        return typing.get_args(annotation)
+    if isinstance(annotation, types.UnionType):
+        return sum((_options(a) for a in typing.get_args(annotation)), ())
+    return ()
+
+
+def users(key: str) -> set[str]:
+    prefixes = [prefix for prefix in USERS if key == prefix or key.startswith(prefix + ".")]
+    return USERS[max(prefixes, key=len)]
+
+
+def nested(key: str, value) -> dict:
+    return reduce(lambda inner, part: {part: inner}, reversed(key.split(".")), value)
+
+
+def merged(*configs: dict) -> dict:
+    result: dict = {}
+    for config in configs:
+        for key, value in copy.deepcopy(config).items():
+            old = result.get(key)
+            both = isinstance(value, dict) and isinstance(old, dict)
+            result[key] = merged(old, value) if both else value
+    return result
+
+
+@pytest.mark.parametrize("key", KEYS)
+def test_a_key_changes_the_params_of_exactly_the_rules_that_use_it(job_params, tmp_path, key):
+    block = next((b for b in FORMATS if key.startswith(b + ".")), None)
+    base = FORMATS.get(block, {})
+    default = reduce(getattr, key.split("."), Config())
+    value = another(key, KEYS[key], default)
+    if key in ("select.exclusions", "label.file", "evaluate.truth"):
+        value = str(tmp_path / value)
+        (tmp_path / value).mkdir() if key.endswith("truth") else (tmp_path / value).touch()
+    before = job_params(base)
+    after = job_params(merged(base, nested(key, value)))
+    assert before.keys() == after.keys()
+    changed = {job[0] for job in before if before[job] != after[job]}
+    expected = users(key)
+    if key.startswith("ingest.") and base.get("catalogue", {}).get("format") == "files":
+        expected = expected | {"catalogue"}
+    assert changed == expected
+
+
+def test_a_region_of_segment_changes_that_region_alone(job_params):
+    before, after = job_params({}), job_params({"segment": {"eye": {"beta": 9}}})
+    assert {job for job in before if before[job] != after[job]} == {("segment", ("eye",))}
+
+
+def test_keys_of_a_format_that_is_not_chosen_change_nothing(job_params):
+    for key in ("ingest.pyfeat.fps", "catalogue.files.pattern"):
+        assert job_params({}) == job_params(nested(key, "50"))
+
+
+def test_a_catalogue_of_files_depends_on_how_takes_are_read(job_params, tmp_path):
+    base = {"catalogue": {"format": "files"}, "data_dir": str(tmp_path)}
+    before = job_params(base)
+    after = job_params(merged(base, {"ingest": {"livelink": {"fps": "60"}}}))
+    changed = {job[0] for job in before if before[job] != after[job]}
+    assert changed == {"catalogue", "ingest"}
+
+
+def test_a_new_file_in_data_dir_reruns_what_reads_the_folder(job_params, tmp_path):
+    before = job_params({"data_dir": str(tmp_path)})
+    (tmp_path / "new.csv").write_text("new")
+    after = job_params({"data_dir": str(tmp_path)})
+    changed = {job[0] for job in before if before[job] != after[job]}
+    assert changed == {"catalogue", "ingest", "pose"}
+
+
+def test_more_shards_mean_more_jobs_of_the_sharded_rules(job_params):
+    sharded = {job[0] for job in job_params({"shards": 5}) if job[1] == ("04",)}
+    assert sharded == {"select", "ingest", "pose", "annotate"}
+
+
+def test_a_second_run_has_nothing_to_do(toy_run):
+    assert toy_run.would_rerun() == set()
+
+
+DRY_RUNS = {
+    "toy.seed": (4, {"toy", "catalogue", "select", "ingest", "pose"} | AFTER_POSE),
+    "catalogue.cut_s": (7.5, {"catalogue", "select", "ingest", "pose"} | AFTER_POSE),
+    "select.max_s": (9.5, {"select", "ingest", "pose"} | AFTER_POSE),
+    "ingest.max_missing": (0.2, {"ingest", "pose"} | AFTER_POSE),
+    "pose.max_yaw_deg": (30, {"pose"} | AFTER_POSE),
+    "series.null_length": (50, AFTER_POSE - {"split"}),
+    "segment.brow.beta": (6, {"segment", "label"} | AFTER_LABEL),
+    "label.n_random": (2, {"label"} | AFTER_LABEL),
+    "annotate.closed": (0.4, AFTER_LABEL),
+    "split.seed": (1, {"split", "train", "evaluate", "report"}),
+    "train.timeline.steps": (11, {"train", "evaluate", "report"}),
+    "evaluate.timeline.guidance": (1.5, {"evaluate", "report"}),
+    "report.title": ("Another title", {"report"}),
+}
+
+
+@pytest.mark.parametrize("key", DRY_RUNS)
+def test_a_dry_run_after_a_change_names_that_stage_and_those_after_it(toy_run, tmp_path, key):
+    value, expected = DRY_RUNS[key]
+    change = tmp_path / "change.yaml"
+    change.write_text(yaml.safe_dump(nested(key, value)))
+    assert toy_run.would_rerun(str(change)) == expected
+
+
+def test_changed_code_reruns_what_imports_it_and_a_comment_does_not(toy_run):
+    path = toy_run.root / "src" / "mimeline" / "annotation" / "exemplars.py"
+    text = path.read_text()
+    try:
+        path.write_text(text + "\n# a remark\n")
+        assert toy_run.would_rerun() == set()
+        path.write_text(text + "\nLEAST_RUNS = 3\n")
+        rerun = toy_run.would_rerun()
+    finally:
+        path.write_text(text)
+    assert {"label", "annotate", "report"} <= rerun
+    assert not rerun & {"toy", "catalogue", "select", "ingest", "pose", "segment", "split"}
+
+
+def test_a_changed_resource_table_reruns_the_rules_that_use_it(toy_run):
+    path = toy_run.root / "resources" / "proposals.csv"
+    text = path.read_text()
+    try:
+        path.write_text(text.replace("0.15", "0.16"))
+        rerun = toy_run.would_rerun()
+    finally:
+        path.write_text(text)
+    assert "label" in rerun
+    assert "segment" not in rerun
