@@ -123,9 +123,11 @@ class Series(Section):
 class Ticc(Section):
     """Toeplitz inverse covariance-based clustering of one region."""
 
-    n_clusters: Count = Field(9, description="clusters (Ma et al. 2025: brow 9, eye 8, mouth 9)")
+    n_clusters: Count = Field(9, description="clusters (Ma et al. 2025, 4.1: brow 9, eye 8, mouth 9)")
     window: Count = Field(5, description="frames per window")
-    beta: float = Field(5.0, ge=0, description="cost of a switch of cluster (Ma et al. 2025: 5)")
+    beta: float = Field(
+        20.0, ge=0, description="cost of a switch of cluster, nats: larger gives longer intervals"
+    )
     sparsity: float = Field(0.11, ge=0, description="weight of the precision's l1 norm")
     max_iter: Count = Field(30, description="most iterations of assignment and estimation")
     seed: int = Field(0, description="seed of the start")

@@ -35,6 +35,20 @@ def test_costs_are_those_of_the_marginal_gaussian_of_what_a_window_sees(window):
                 assert costs[t, k] == pytest.approx(expected)
 
 
+def test_a_cost_includes_its_share_of_the_penalty_in_units_of_the_scale():
+    X = np.random.default_rng(1).normal(size=(6, 2))
+    means, P = clusters(3, 3, 2)
+    scale = np.array([2.0, 0.5])
+    bare, lengths = frame_costs(X, np.array([6]), means, P), np.array([6])
+    found = frame_costs(X, lengths, means, P, sparsity=0.3, scale=scale) - bare
+    units = np.tile(scale, 3)
+    for k in range(3):
+        whole = 0.15 * np.abs(units[:, None] * P[k] * units).sum()
+        assert np.allclose(found[1:5, k], whole)
+        seen = np.linalg.inv(np.linalg.inv(P[k])[2:, 2:])  # the first frame's window lacks one
+        assert found[0, k] == pytest.approx(0.15 * np.abs(units[2:, None] * seen * units[2:]).sum())
+
+
 def test_statistics_are_those_of_the_full_windows_and_never_straddle():
     window, lengths = 3, np.array([6, 2, 5])
     X = np.random.default_rng(2).normal(size=(13, 2))

@@ -49,13 +49,14 @@ def test_what_lies_in_the_next_sequence_changes_no_estimate(plant):
     X, _ = plant([200, 200], seed=3)
     far = X.copy()
     far[200:] += 50.0
-    model = TICC(n_clusters=2, window=5, beta=5.0).fit(far, [200, 200])
+    model = TICC(n_clusters=2, window=5, sparsity=1e-3).fit(far, [200, 200])
+    joined = TICC(n_clusters=2, window=5, sparsity=1e-3).fit(far)
     near = model.means_.reshape(2, 5, 3).mean(axis=(1, 2))
     assert sorted(np.round(near)) == pytest.approx([0, 50], abs=1)
     assert np.ptp(model.labels_[:200]) == np.ptp(model.labels_[200:]) == 0
-    variance = np.linalg.inv(model.precisions_).diagonal(axis1=1, axis2=2)
-    straddling = 50.0**2 * 4 / 200  # what four windows over the border would add to the variance
-    assert variance.max() < straddling + far.var(axis=0).max() * model.sparsity
+    straddling = 50.0**2 * 2 / 200  # what two windows over the border would add to a variance
+    assert np.linalg.inv(model.precisions_).max() < straddling / 5
+    assert np.linalg.inv(joined.precisions_).max() > straddling / 2
 
 
 def test_a_dearer_switch_gives_fewer_switches(series, fitted):
