@@ -123,7 +123,7 @@ class Series(Section):
 class Ticc(Section):
     """Toeplitz inverse covariance-based clustering of one region."""
 
-    n_clusters: Count = Field(9, description="clusters (Ma et al. 2025, 4.1: brow 9, eye 8, mouth 9)")
+    n_clusters: Count = Field(9, description="clusters (Ma et al. 2025: brow 9, eye 8, mouth 9)")
     window: Count = Field(5, description="frames per window")
     beta: float = Field(
         20.0, ge=0, description="cost of a switch of cluster, nats: larger gives longer intervals"
@@ -175,9 +175,9 @@ class TimelineModel(Section):
     drop_all: Share = Field(0.1, description="chance that every region's timeline is dropped")
     drop_none: Share = Field(0.1, description="chance that no region's timeline is dropped")
     drop_each: Share = Field(0.5, description="chance that a region's timeline is dropped, else")
-    steps: Count = Field(1500, description="training steps")
+    steps: Count = Field(1000, description="training steps")
     batch: Count = Field(16, description="windows per step")
-    learning_rate: Positive = Field(1e-3, description="peak learning rate of AdamW")
+    learning_rate: Positive = Field(2e-3, description="peak learning rate of AdamW")
     ema: Share = Field(0.995, description="decay of the averaged weights")
     clip_norm: Positive = Field(1.0, description="largest norm of the gradient")
     seed: int = Field(0, description="seed of weights, batches and noise")

@@ -132,7 +132,7 @@ def _remove(path: Path) -> None:
 def code_digest(*modules: str) -> str:
     """Digest of the first-party code that the modules run: their own and all that they import.
 
-    The resource tables, templates and style sheets that the code names count too; comments,
+    Resource tables that the code names and a templates folder beside it count too; comments,
     docstrings and layout do not. Imports of names decided at run time are missed.
     """
     seen: set[str] = set()
@@ -154,7 +154,7 @@ def _parsed(module: str) -> tuple[str, tuple[str, ...]]:
     path = _source(module)
     tree = ast.parse(path.read_text(encoding="utf-8"))
     imported = {".".join(module.split(".")[:-1])} if "." in module else set()
-    data: set[Path] = set()
+    data = {file for file in path.parent.glob("templates/**/*") if file.is_file()}
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             imported |= {alias.name for alias in node.names}
@@ -167,7 +167,7 @@ def _parsed(module: str) -> tuple[str, tuple[str, ...]]:
             imported |= {base, *(f"{base}.{alias.name}" for alias in node.names)}
         _strip_docstring(node)
         if isinstance(node, ast.Constant) and isinstance(node.value, str):
-            data |= {file for file in _data_files(path.parent, node.value) if file.is_file()}
+            data |= {resource(node.value)} if _is_resource(node.value) else set()
     first_party = (name for name in imported if name.split(".")[0] == PACKAGE and _source(name))
     digest = hashlib.sha256(ast.dump(tree).encode())
     for file in sorted(data):
@@ -175,11 +175,8 @@ def _parsed(module: str) -> tuple[str, tuple[str, ...]]:
     return digest.hexdigest(), tuple(sorted(first_party))
 
 
-def _data_files(folder: Path, name: str) -> tuple[Path, ...]:
-    """Where a file that code calls `name` may lie: among the resources or beside the code."""
-    if not re.fullmatch(r"[\w-]+(\.[\w-]+)+", name) or name.endswith(".py"):
-        return ()
-    return resource(name), folder / name
+def _is_resource(name: str) -> bool:
+    return re.fullmatch(r"[\w-]+\.\w+", name) is not None and resource(name).is_file()
 
 
 def _strip_docstring(node: ast.AST) -> None:

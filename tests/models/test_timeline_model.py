@@ -12,7 +12,13 @@ ORDER = list(ACTIONS)
 
 def lively(**changes) -> TimelineModel:
     """A small model whose every weight does something."""
-    shape = {"width": 16, "heads": 2, "base_layers": 2, "branch_layers": 1} | changes
+    shape = {
+        "width": 16,
+        "heads": 2,
+        "base_layers": 2,
+        "branch_layers": 1,
+        "diffusion_steps": 1000,
+    } | changes
     model = TimelineModel(CHANNEL_NAMES, **shape).eval()
     generator = torch.Generator().manual_seed(0)
     with torch.no_grad():
@@ -115,7 +121,7 @@ def test_each_layer_reads_the_initial_timeline():
 
 @torch.no_grad()
 def test_an_untrained_frame_listens_to_its_own_timeline_most():
-    shape = {"width": 32, "heads": 2, "base_layers": 1, "branch_layers": 1}
+    shape = {"width": 32, "heads": 2, "base_layers": 1, "branch_layers": 1, "diffusion_steps": 1000}
     generator = torch.Generator().manual_seed(0)
     model = TimelineModel(CHANNEL_NAMES, **shape).initialise(generator).eval()
     for output in model.outputs.values():
@@ -148,16 +154,28 @@ def test_the_diffusion_step_reaches_every_layer():
 
 
 @torch.no_grad()
-def test_the_first_guess_is_the_mean_motion():
-    shape = {"width": 16, "heads": 2, "base_layers": 1, "branch_layers": 1}
+def test_the_first_guess_makes_nothing_up():
+    shape = {"width": 16, "heads": 2, "base_layers": 1, "branch_layers": 1, "diffusion_steps": 1000}
     model = TimelineModel(list(CHANNELS), **shape).initialise(torch.Generator().manual_seed(0))
     noisy = torch.randn(2, 5, len(CHANNELS), generator=torch.Generator().manual_seed(1))
     timeline, valid = torch.zeros(2, 5, 16), torch.ones(2, 5, dtype=torch.bool)
-    assert (model(noisy, torch.tensor([3, 900]), timeline, valid) == 0).all()
+    step = torch.tensor([3, 900])
+    signal, _ = model.schedule.at(step, noisy)
+    assert torch.allclose(model(noisy, step, timeline, valid), 0.5 * signal * noisy)
+
+
+@torch.no_grad()
+def test_a_channel_that_keeps_its_noisy_value_is_hardly_changed_where_noise_is_least():
+    model, (noisy, step, timeline, valid) = lively(), inputs()
+    model.keep.weight.zero_()
+    model.keep.bias.copy_(torch.tensor([30.0, -30, 30, 30, 30]))
+    off = (model(noisy, torch.zeros_like(step), timeline, valid) - noisy).abs().amax((0, 1))  # (D,)
+    assert off[1] > 0.5
+    assert off[[0, 2, 3, 4]].max() < 0.1
 
 
 def test_a_seed_settles_every_weight():
-    shape = {"width": 16, "heads": 2, "base_layers": 1, "branch_layers": 1}
+    shape = {"width": 16, "heads": 2, "base_layers": 1, "branch_layers": 1, "diffusion_steps": 1000}
     one, two, other = (
         TimelineModel(CHANNEL_NAMES, **shape).initialise(torch.Generator().manual_seed(seed))
         for seed in (4, 4, 5)
@@ -171,7 +189,9 @@ def test_a_seed_settles_every_weight():
 @pytest.mark.parametrize("absent", OUTPUT_GROUPS)
 def test_a_source_without_a_group_of_channels_has_no_branch_for_it(absent):
     names = [c.name for c in CHANNELS.values() if c.output_group != absent]
-    model = TimelineModel(names, width=16, heads=2, base_layers=1, branch_layers=1)
+    model = TimelineModel(
+        names, width=16, heads=2, base_layers=1, branch_layers=1, diffusion_steps=10
+    )
     assert set(model.branches) == set(OUTPUT_GROUPS) - {absent}
     noisy = torch.zeros(1, 4, len(names))
     valid = torch.ones(1, 4, dtype=torch.bool)

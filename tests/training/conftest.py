@@ -7,26 +7,22 @@ import pytest
 import torch
 
 from mimeline import tables
+from mimeline.config import TimelineModel
 from mimeline.training.train import train
 from mimeline.vocabulary import ACTIONS, CHANNELS
 
-OPTIONS = {
-    "window": 16,
-    "width": 16,
-    "heads": 2,
-    "base_layers": 1,
-    "branch_layers": 1,
-    "diffusion_steps": 100,
-    "drop_all": 0.1,
-    "drop_none": 0.1,
-    "drop_each": 0.5,
-    "steps": 60,
-    "batch": 8,
-    "learning_rate": 3e-3,
-    "ema": 0.9,
-    "clip_norm": 1.0,
-    "seed": 0,
-}
+OPTIONS = TimelineModel(
+    window=16,
+    width=16,
+    heads=2,
+    base_layers=1,
+    branch_layers=1,
+    diffusion_steps=100,
+    steps=60,
+    batch=8,
+    learning_rate=3e-3,
+    ema=0.9,
+).model_dump()
 
 
 @dataclass(frozen=True)
@@ -106,3 +102,9 @@ def empty(tmp_path) -> Path:
 def unvalidated(tmp_path) -> Path:
     """The checkpoint of two steps without a validation clip."""
     return write_tables(tmp_path, {"one": 30}).train(tmp_path / "timeline", steps=2)
+
+
+@pytest.fixture
+def bare(tmp_path) -> Path:
+    """The checkpoint of a training on tables without a row."""
+    return write_tables(tmp_path, {}).train(tmp_path / "timeline")

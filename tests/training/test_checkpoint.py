@@ -91,3 +91,8 @@ def test_an_empty_checkpoint_tells_why(empty):
     assert {path.name for path in empty.iterdir()} == {"log.parquet", "provenance.json"}
     with pytest.raises(EmptyCheckpoint, match="0 valid frames"):
         load(empty)
+
+
+def test_tables_without_a_row_give_an_empty_checkpoint(bare):
+    with pytest.raises(EmptyCheckpoint, match="0 valid frames of 0 channels"):
+        load(bare)

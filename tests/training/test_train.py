@@ -6,7 +6,7 @@ from mimeline.training.checkpoint import losses
 
 def test_training_lowers_the_loss(trained):
     rows = losses(trained)
-    assert rows["loss"].tail(5).mean() < 0.6 * rows["loss"].iloc[0]
+    assert rows["loss"].tail(10).mean() < 0.8 * rows["loss"].head(10).mean()
     assert rows["val_loss"].iloc[-1] < 0.8 * rows["val_loss"].iloc[0]
 
 

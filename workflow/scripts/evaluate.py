@@ -20,4 +20,5 @@ with stage(snakemake) as job:
         side=job.params.side,
         resamples=job.params.resamples,
         options=job.params.options,
+        threads=job.threads,
     )

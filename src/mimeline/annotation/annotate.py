@@ -106,6 +106,8 @@ def annotate_frames(
 ) -> pd.DataFrame:
     """The 16 actions at each frame, pd.NA where a track's channels were not measured.
 
+    Frames that are not valid are pd.NA throughout.
+
     motion: the `motion` table, sorted by clip and frame. clusters: by region, the `clusters` table;
     labels: their names. min_frames: shorter intervals become neutral. The rest: limits of
     `threshold_actions`.
@@ -113,13 +115,15 @@ def annotate_frames(
     keys = motion[["clip_id", "frame"]].reset_index(drop=True)
     limits = {"closed": closed, "gaze_deg": gaze_deg, "head_deg": head_deg}
     actions = threshold_actions(motion.reset_index(drop=True), **limits)
+    actions[~motion["valid"].to_numpy(bool)] = pd.NA
     for region in SERIES_TRACK:
         names = labels.loc[labels["region"] == region].set_index("cluster")["action"]
         assigned = clusters.get(region, tables.empty(tables.CLUSTERS))
         at = keys.merge(assigned[["clip_id", "frame", "cluster"]], how="left", validate="1:1")
-        action = at["cluster"].map(names)  # (n_frames,), NaN where the region is not measured
+        action = at["cluster"].map(names)  # (n_frames,), NaN where not measured or without a name
+        unknown = at["cluster"].isna() | names.empty  # a cluster that fitting left empty is neutral
         for name in series_actions(region):
-            actions[name] = (action == name).astype("boolean").mask(action.isna())
+            actions[name] = (action == name).astype("boolean").mask(unknown)
     marked = pd.concat([keys, actions], axis=1)[tables.FRAMES.schema.names]
     return _without_short(marked, min_frames) if min_frames > 1 else marked
 
@@ -137,17 +141,16 @@ def intervals_of(frames: pd.DataFrame, clusters: dict[str, pd.DataFrame]) -> pd.
         region = next((r for r, t in SERIES_TRACK.items() if t == track), None)
         facts = {"track": track, "side": None, "cluster": pd.NA, "confidence": np.nan}
         runs = runs.assign(source="ticc" if region else "threshold", **facts)
-        if region and len(runs) and len(clusters[region]):
+        if len(runs) and region in clusters:
             at = frames[["clip_id", "frame"]].merge(clusters[region], how="left")
-            rows = np.concatenate(
-                [np.arange(a, b) for a, b in zip(runs["row"], runs["stop"], strict=True)]
-            )
-            number = np.repeat(np.arange(len(runs)), runs["stop"] - runs["row"])
-            within = at.iloc[rows].assign(run=number)
+            rows, number = _rows(runs)
+            within = at.iloc[rows]
             sure = 1 / (1 + np.exp(-within["margin"].to_numpy("float64")))
             runs["confidence"] = np.bincount(number, sure) / np.bincount(number)
-            most = within.groupby("run")["cluster"].agg(lambda ids: ids.mode().iloc[0])
-            runs["cluster"] = most.to_numpy("int64")
+            ids = within["cluster"].to_numpy("int64")
+            votes = np.zeros((len(runs), ids.max() + 1), dtype="int64")
+            np.add.at(votes, (number, ids), 1)
+            runs["cluster"] = votes.argmax(axis=1)
         parts.append(runs)
     found = pd.concat([part for part in parts if len(part)] or parts[:1])
     return found[tables.INTERVALS.schema.names]
@@ -176,6 +179,14 @@ def _runs(frames: pd.DataFrame, track: str) -> pd.DataFrame:
     return runs[code[row] >= 0]
 
 
+def _rows(runs: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
+    """The rows of frames that runs cover, end to end, and the number of each row's run."""
+    first, length = runs["row"].to_numpy(), (runs["stop"] - runs["row"]).to_numpy()
+    number = np.repeat(np.arange(len(runs)), length)
+    within = np.arange(len(number)) - (np.cumsum(length) - length)[number]
+    return first[number] + within, number
+
+
 def track_codes(frames: pd.DataFrame, track: str) -> np.ndarray:
     """(n_frames,) int: 0 neutral, i the track's i-th action, -1 not measured."""
     codes = np.zeros(len(frames), dtype="int64")
@@ -192,8 +203,8 @@ def _without_short(frames: pd.DataFrame, min_frames: int) -> pd.DataFrame:
     for track in TRACKS:
         runs = _runs(frames, track)
         short = runs[(runs["stop"] - runs["row"] < min_frames) & (runs["action"] != NEUTRAL)]
-        for run in short.itertuples():
-            frames.iloc[run.row : run.stop, frames.columns.get_loc(run.action)] = False
+        for action, same in short.groupby("action"):
+            frames.iloc[_rows(same)[0], frames.columns.get_loc(action)] = False
     return frames
 
 

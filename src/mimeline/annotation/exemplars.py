@@ -35,8 +35,9 @@ def choose(
     """Exemplars of each cluster: the medoid, the longest, the most borderline and random intervals.
 
     clusters: the `clusters` table; values (n_frames, n_channels): the series at its rows.
-    Returns cluster, clip_id, start_frame, end_frame, kind. The medoid is the interval whose mean
-    lies nearest to the cluster's; a border interval has the least margin to another cluster.
+    Returns cluster, clip_id, start_frame, end_frame, kind. The medoid is the interval, among those
+    of median length or longer, whose mean lies nearest to the cluster's; the border interval has
+    the least mean margin to another cluster.
     """
     runs = intervals_of(clusters)
     if runs.empty:

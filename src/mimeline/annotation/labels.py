@@ -49,7 +49,7 @@ def label(
     rules = read_proposals(proposals)
     rng = np.random.default_rng(seed)
     rows, shown, written = [], [], {}
-    if unknown := sorted(set(given) - set(series)):
+    if unknown := sorted(set(given) - set(series), key=str):
         raise BadLabels(
             file,
             found=f"region {unknown[0]!r}",
@@ -59,6 +59,8 @@ def label(
     for region in series:
         assigned = tables.read(tables.CLUSTERS, clusters[region])
         if assigned.empty:
+            if region in given:
+                log.warning("%s is not segmented, so its names in %s go unused", region, file)
             continue
         frames, _ = sequences(tables.read(tables.SERIES[region, side], series[region]))
         values = frames[list(series_channels(region, side))].to_numpy("float64")
@@ -77,7 +79,7 @@ def label(
                     "region": region,
                     "cluster": cluster,
                     "action": named["action"] if named else action,
-                    "note": named.get("note") if named else None,
+                    "note": named["note"] if named else None,
                     "source": "human" if named else "proposed",
                     "share": counts[cluster] / len(ids),
                 }
@@ -96,10 +98,27 @@ def label(
     Path(names).write_text(HEADER + text, encoding="utf-8")
 
 
+class _Loader(yaml.SafeLoader):
+    """YAML that refuses a key given twice, of which the last would win in silence."""
+
+    def construct_mapping(self, node, deep=False):
+        seen = set()
+        for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
+            if isinstance(key, yaml.ScalarNode) and (key.tag, key.value) in seen:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"the key {key.value} a second time", key.start_mark
+                )
+            seen.add((key.tag, str(key.value)))
+        return super().construct_mapping(node, deep)
+
+
 def read_labels(path: str) -> dict[str, dict]:
-    """A person's label file: region → {model, clusters: {number: {action, note}}}."""
+    """A person's label file: region → {model, clusters: {number: name or {action, note}}}.
+
+    Raises BadLabels for what is no such file.
+    """
     try:
-        content = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        content = yaml.load(Path(path).read_text(encoding="utf-8"), _Loader)
     except FileNotFoundError as error:
         raise BadLabels(
             path,
@@ -111,7 +130,14 @@ def read_labels(path: str) -> dict[str, dict]:
         raise BadLabels(
             path, found=str(error), expected="YAML", remedy="Mend the file's syntax."
         ) from error
-    content = content or {}
+    content = {} if content is None else content
+    if not isinstance(content, dict):
+        raise BadLabels(
+            path,
+            found=f"a {type(content).__name__}",
+            expected="regions, each with the keys model and clusters",
+            remedy="Start from the label file that the last run wrote.",
+        )
     for region, block in content.items():
         shaped = isinstance(block, dict) and set(block) == {"model", "clusters"}
         if not shaped or not isinstance(block["clusters"], dict):
@@ -160,7 +186,8 @@ def _checked(
                 expected=f"one of {', '.join(allowed)}",
                 remedy="Name the cluster by one of these, or {action: ..., note: ...}.",
             )
-        names[cluster] = entry
+        note = entry.get("note")
+        names[cluster] = {"action": entry["action"], "note": None if note is None else str(note)}
     return names
 
 

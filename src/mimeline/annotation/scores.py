@@ -55,13 +55,16 @@ def macro_f1(confusion: np.ndarray) -> np.ndarray:
 def bootstrap(
     counts: dict[str, np.ndarray], resamples: int, rng: np.random.Generator
 ) -> dict[str, tuple[float, float, float]]:
-    """Macro-F1 of each region with its 95 % interval over clips: region → (value, low, high)."""
+    """Macro-F1 of each region with its 95 % interval over clips: region → (value, low, high).
+
+    Resamples whose clips have no frame of a region do not count for it.
+    """
     clips = max((len(c) for c in counts.values()), default=0)
     weights = rng.multinomial(clips, np.full(clips, 1 / clips), size=resamples) if clips else []
     value = _region_means({track: c.sum(axis=0) for track, c in counts.items()})
     drawn = _region_means({t: np.einsum("rn,nij->rij", weights, c) for t, c in counts.items()})
     return {
-        region: (float(value[region]), *(float(q) for q in np.quantile(draws, [0.025, 0.975])))
+        region: (float(value[region]), *(float(q) for q in np.nanquantile(draws, [0.025, 0.975])))
         for region, draws in drawn.items()
     }
 
@@ -69,8 +72,8 @@ def bootstrap(
 def _region_means(confusion: dict[str, np.ndarray]) -> dict:
     means = {}
     for region, tracks in REGION_TRACKS.items():
-        measured = [macro_f1(confusion[track]) for track in tracks if track in confusion]
-        if measured:
+        counts = [confusion[track] for track in tracks if track in confusion]
+        if measured := [np.where(c.any(axis=(-2, -1)), macro_f1(c), np.nan) for c in counts]:
             means[region] = np.mean(measured, axis=0)
     return means
 

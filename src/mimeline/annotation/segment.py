@@ -3,6 +3,8 @@
 import logging
 from pathlib import Path
 
+import numpy as np
+
 from mimeline import tables
 from mimeline.annotation.series import sequences
 from mimeline.ticc import TICC
@@ -10,7 +12,8 @@ from mimeline.vocabulary import series_channels
 
 log = logging.getLogger(__name__)
 
-LEAST_FRAMES_PER_CLUSTER = 10  # of the window's size: fewer say nothing of a covariance
+LEAST_WINDOWS = 10  # per cluster and frame of a window: fewer say nothing of a covariance
+STILL = 1e-6  # a channel whose deviation is less never moves
 
 
 def segment(
@@ -28,23 +31,20 @@ def segment(
 ) -> None:
     """Fit TICC on the series (Ma et al. 2025, 3.1) and label every frame.
 
-    model: folder for the fitted model; with too little data it stays empty and the clusters table
-    tells why. The other keys are TICC's.
+    model: folder for the fitted model; with too little data, or a channel that never moves, it
+    stays empty and the clusters table tells why. The other keys are TICC's.
     """
     table = tables.read(tables.SERIES[region, side], series)
     frames, lengths = sequences(table)
     channels = list(series_channels(region, side))
     model.mkdir(parents=True, exist_ok=True)
-    reason = tables.reason(series)
-    needed = n_clusters * window * LEAST_FRAMES_PER_CLUSTER
-    if not reason and len(frames) < needed:
-        reason = f"{len(frames)} frames are too few for {n_clusters} clusters: {needed} are needed"
+    X = frames[channels].to_numpy("float64")
+    reason = tables.reason(series) or _unfit(X, lengths, channels, n_clusters, window)
     if reason:
         log.info("%s is not segmented: %s", region, reason)
         tables.write(tables.CLUSTERS, tables.empty(tables.CLUSTERS), clusters, reason)
         return
     ticc = TICC(n_clusters, window, beta, sparsity, max_iter, seed)
-    X = frames[channels].to_numpy("float64")
     ticc.fit(X, lengths)
     labels, margins = ticc.decode(X, lengths)
     ticc.save(model)
@@ -58,3 +58,16 @@ def segment(
         ticc.n_iter_,
         ticc.objective_,
     )
+
+
+def _unfit(
+    X: np.ndarray, lengths: np.ndarray, channels: list[str], n_clusters: int, window: int
+) -> str:
+    """Why nothing can be learnt from X (T, n), sequences of lengths (S,); empty where it can."""
+    windows = int(np.maximum(lengths - window + 1, 0).sum())
+    needed = n_clusters * window * LEAST_WINDOWS
+    if windows < needed:
+        counted = f"{windows} windows of {window} frames"
+        return f"{counted} are too few for {n_clusters} clusters: {needed} are needed"
+    still = [name for name, std in zip(channels, X.std(axis=0), strict=True) if std < STILL]
+    return f"never moves: {', '.join(still)}" if still else ""

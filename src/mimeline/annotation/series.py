@@ -36,10 +36,21 @@ def series(
     table = concatenate(motion[measured], channels, null_length, null_value)
     reason = ""
     if table.empty:
-        absent = [name for name in channels if motion[name].isna().all()]
-        reason = f"not measured: {', '.join(absent)}" if absent else "no clip came through"
+        reason = _why_empty(motion, channels)
     tables.write(tables.SERIES[region, side], table, series, reason)
     log.info("%s series: %s", region, reason or f"{len(sequences(table)[1])} sequences")
+
+
+def _why_empty(motion: pd.DataFrame, channels: list[str]) -> str:
+    if motion.empty:
+        return "no clip came through"
+    valid = motion.loc[motion["valid"], channels]
+    if valid.empty:
+        return "no frame is valid"
+    absent = [name for name in channels if valid[name].isna().all()]
+    if absent:
+        return f"not measured: {', '.join(absent)}"
+    return f"not measured in one frame: {', '.join(channels)}"
 
 
 def concatenate(

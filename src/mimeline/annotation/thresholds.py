@@ -30,4 +30,5 @@ def threshold_actions(
 
 
 def _at_least(values: pd.Series, limit: float) -> pd.Series:
-    return (values >= limit).astype("boolean").mask(values.isna())
+    on = values.astype("float32") >= np.float32(limit)  # the table's precision: a limit is itself
+    return on.astype("boolean").mask(values.isna())

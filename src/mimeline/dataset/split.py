@@ -81,21 +81,27 @@ def groups(clips: pd.DataFrame) -> list[str]:
 def by_group(clips: pd.DataFrame, shares: dict[str, float], rng: np.random.Generator) -> np.ndarray:
     """A part per clip, whole groups together.
 
-    Groups come in random order; each goes to validation or testing while that part wants at least
-    half of the group's clips, else to training. Each part with a share gets at least one group.
+    Groups come in random order. Each part with a share first gets one, the first that is no larger
+    than what it wants, else the smallest; then each group goes to validation or testing while that
+    part wants at least half of the group's clips, else to training, which keeps one at least.
     """
-    sizes = clips["group"].value_counts().sort_index()
-    order = rng.permutation(sizes.index.to_numpy(str))
-    wanted = {part: share * len(clips) for part, share in shares.items()}
+    sizes = clips["group"].value_counts().sort_index().to_dict()
+    free = dict.fromkeys(rng.permutation(sorted(sizes)).tolist())  # in random order
+    wanted = {part: share * len(clips) for part, share in shares.items() if share > 0}
     part_of: dict[str, str] = {}
-    for part, want in wanted.items():
-        for group in order:
-            empty = part not in part_of.values()
-            if group not in part_of and want > 0 and (empty or want >= sizes[group] / 2):
-                if empty and sizes[group] > max(want, sizes.min()):
-                    continue  # a smaller group comes later
-                part_of[group] = part
-                want -= sizes[group]
+
+    def give(group, part):
+        part_of[group] = part
+        wanted[part] -= sizes[group]
+        del free[group]
+
+    for part in list(wanted)[: len(sizes) - 1]:
+        least = min(sizes[group] for group in free)
+        give(next(group for group in free if sizes[group] <= max(wanted[part], least)), part)
+    for part in wanted:
+        for group in list(free):
+            if len(free) > 1 and wanted[part] >= sizes[group] / 2:
+                give(group, part)
     return clips["group"].map(lambda group: part_of.get(group, "train")).to_numpy(str)
 
 
@@ -103,7 +109,7 @@ def by_time(clips: pd.DataFrame, shares: dict[str, float], gap_s: float) -> np.n
     """A part per clip in order of time: training first, then validation, then testing.
 
     Clips of a source that end less than gap_s before a later part begins belong to none (""). A
-    part with a share gets at least one clip where there are clips enough.
+    part with a share gets at least one clip, but none where that leaves nothing for training.
     """
     order = list(clips.sort_values(["source_id", "start_s"]).index)
     part = pd.Series("train", index=clips.index)
@@ -112,13 +118,12 @@ def by_time(clips: pd.DataFrame, shares: dict[str, float], gap_s: float) -> np.n
         if size == 0 or len(order) <= size + 1:
             continue
         first = clips.loc[order[-size]]
+        before = clips.loc[order[:-size]]
+        away = first["start_s"] - before["end_s"] >= gap_s
+        far = away | (before["source_id"] != first["source_id"])
+        if not far.any():
+            continue
         part[order[-size:]] = name
-        del order[-size:]
-        while len(order) > 1 and _too_near(clips.loc[order[-1]], first, gap_s):
-            part[order.pop()] = ""
+        part[before.index[~far]] = ""
+        order = list(before.index[far])
     return part.to_numpy(str)
-
-
-def _too_near(before: pd.Series, after: pd.Series, gap_s: float) -> bool:
-    same = before["source_id"] == after["source_id"]
-    return same and after["start_s"] - before["end_s"] < gap_s

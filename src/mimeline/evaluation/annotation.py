@@ -35,7 +35,7 @@ def evaluate_annotation(
 
     Variants: "named" is what annotate wrote; "oracle" gives each cluster the name that most of its
     frames have in truth, the best that these clusters allow; "gmm" does so for a Gaussian mixture
-    on single frames. truth: folder with frames.parquet, or None: then the table is empty.
+    on single frames, whose intervals may be as short as they come. truth: folder with frames.parquet, or None: then the table is empty.
     """
     if truth is None:
         reason = "no truth is known for these recordings"
@@ -59,8 +59,10 @@ def evaluate_annotation(
 
     variants = {"named": tables.read_all(tables.FRAMES, frames)}
     for name, assigned in (("oracle", ticc), ("gmm", mixture)):
-        labels = pd.concat([oracle(true, rows, region) for region, rows in assigned.items()])
-        variants[name] = annotate_frames(motion, assigned, labels, **annotate)
+        names = [oracle(true, rows, region) for region, rows in assigned.items()]
+        labels = pd.concat(names) if names else tables.empty(tables.LABELS)
+        limits = annotate if name == "oracle" else annotate | {"min_frames": 1}
+        variants[name] = annotate_frames(motion, assigned, labels, **limits)
 
     rng = np.random.default_rng(seed)
     rows = []
@@ -72,7 +74,8 @@ def evaluate_annotation(
             rows.append(("annotation", variant, "all", f"f1_{region}", value, low, high, n, seed))
         log.info("%s: %s", variant, ", ".join(f"{r} {v:.3f}" for r, (v, _, _) in scored.items()))
     table = pd.DataFrame(rows, columns=tables.METRICS.schema.names)
-    tables.write(tables.METRICS, table, metrics)
+    reason = "" if rows else "truth and annotation measure no frame in common"
+    tables.write(tables.METRICS, table, metrics, reason)
 
 
 def oracle(truth: pd.DataFrame, clusters: pd.DataFrame, region: str) -> pd.DataFrame:

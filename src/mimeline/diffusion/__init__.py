@@ -1,0 +1,1 @@
+"""Gaussian diffusion of sequences: schedules, conversions, samplers, guidance. Knows no faces."""

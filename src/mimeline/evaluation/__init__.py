@@ -1,0 +1,1 @@
+"""Evaluation: annotations against truth, generated motion against what was asked for."""

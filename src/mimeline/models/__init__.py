@@ -1,0 +1,1 @@
+"""Networks that predict motion. They know channels and actions by name, and nothing of files."""

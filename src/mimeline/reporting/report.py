@@ -1,0 +1,136 @@
+"""The report: one page, complete in itself, that a run ends with."""
+
+import datetime
+import logging
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import jinja2
+import pandas as pd
+
+from mimeline import __version__, tables
+from mimeline.reporting import words
+from mimeline.reporting.channels import channels
+from mimeline.reporting.clusters import HEIGHT, WIDTH, regions
+from mimeline.reporting.confusion import matrices
+from mimeline.reporting.funnel import STATUSES, funnel
+from mimeline.reporting.generated import pictures
+from mimeline.reporting.scores import scores
+from mimeline.reporting.style import themes
+from mimeline.reporting.summary import figures, lead, missing
+from mimeline.reporting.timelines import timelines
+from mimeline.reporting.training import VARIANT_WORDS, model
+from mimeline.vocabulary import ACTIONS, TRACKS, track_actions
+
+log = logging.getLogger(__name__)
+
+TEMPLATES = Path(__file__).parent / "templates"
+GENERATED = 3  # requested timelines drawn per model
+
+
+def report(
+    page: str | Path,
+    ledgers: Sequence[str | Path],
+    clips: Sequence[str | Path],
+    motions: Sequence[str | Path],
+    series: Mapping[str, str | Path],
+    clusters: Mapping[str, str | Path],
+    labels: str | Path,
+    exemplars: str | Path,
+    intervals: Sequence[str | Path],
+    frames: Sequence[str | Path],
+    split: str | Path,
+    statistics: str | Path,
+    annotation_metrics: str | Path,
+    models: Sequence[str],
+    checkpoints: Sequence[str | Path],
+    metrics: Sequence[str | Path],
+    generated: Sequence[str | Path],
+    truth: str | Path | None,
+    annotate: Mapping[str, Any],
+    side: str,
+    options: Mapping[str, Any],
+) -> None:
+    """Write the page of a run: self-contained HTML, of which nothing in the tables becomes markup.
+
+    ledgers, clips (kept), motions, intervals, frames: a table per shard. series, clusters: tables
+    by region. checkpoints, metrics, generated: one per model. truth: a folder with frames.parquet
+    and perhaps faults.csv, or None. annotate: the limits of the annotation. side: the side of the
+    face that was clustered. options: title, clips (timelines drawn), exemplars (per cluster).
+    A table that is empty shows its reason. Raises BadFile where the ledgers do not add up.
+    """
+    kept = tables.read_all(tables.CLIPS, clips)
+    marked = tables.read_all(tables.FRAMES, frames)
+    true = _truth(truth)
+    parts = tables.read(tables.SPLIT, split)
+    part_of = dict(zip(parts["clip_id"], parts["part"], strict=True))
+    fps = {clip.clip_id: float(clip.fps_num / clip.fps_den) for clip in kept.itertuples()}
+    through = set(parts["clip_id"])
+    way = funnel(ledgers, truth, through)
+    found = regions(series, clusters, labels, exemplars, fps, side, options["exemplars"])
+    drawn = timelines(kept, intervals, marked, true, options["clips"], part_of)
+    scored = scores(annotation_metrics, marked, true)
+    measured = channels(statistics)
+    trained = [
+        model(name, checkpoint, scores_of)
+        for name, checkpoint, scores_of in zip(models, checkpoints, metrics, strict=True)
+    ]
+    asked = [pictures(path, motions, marked, kept, side, GENERATED) for path in generated]
+    whole = kept[kept["clip_id"].isin(through)]
+    owners = tables.read_all(tables.INTERVALS, intervals, ["clip_id"])["clip_id"]
+    n_intervals = int(owners.isin(through).sum())
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(TEMPLATES),
+        autoescape=True,  # every id, label and note is text
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters |= {
+        name: getattr(words, name) for name in ("spaced", "short", "percent", "count", "clips")
+    }
+    html = environment.get_template("page.html.j2").render(
+        title=options["title"],
+        date=datetime.date.today(),
+        version=__version__,
+        themes=themes(),
+        figures=figures(way, whole, n_intervals, scored, trained),
+        lead=lead(way, parts, found, true is not None),
+        missing=missing(way, measured, found, drawn, scored, trained),
+        funnel=way,
+        statuses=STATUSES,
+        channels=measured,
+        regions=found,
+        exemplar={"width": WIDTH, "height": HEIGHT},
+        timelines=drawn,
+        tracks={track: track_actions(track) for track in TRACKS},
+        actions=list(ACTIONS),
+        scores=scored,
+        matrices=matrices(marked, true),
+        models=list(zip(trained, asked, strict=True)),
+        variant_words=VARIANT_WORDS,
+        limits=annotate,
+        side=side,
+        files=_files(labels, clips=clips, motion=motions, intervals=intervals, frames=frames),
+        track_names=words.TRACK_NAMES,
+    )
+    page = Path(page)
+    page.parent.mkdir(parents=True, exist_ok=True)
+    temporary = page.with_name(page.name + ".tmp")
+    temporary.write_text(html, encoding="utf-8")
+    temporary.replace(page)
+    log.info("%.1f MB, %d clips kept of %d", len(html) / 1e6, way.kept, way.entered)
+
+
+def _truth(folder: str | Path | None) -> pd.DataFrame | None:
+    return tables.read(tables.FRAMES, Path(folder) / "frames.parquet") if folder else None
+
+
+def _files(labels: str | Path, **shards: Sequence[str | Path]) -> dict[str, str]:
+    """Where the tables lie, as the workflow names them; several shards as a pattern."""
+    shown = {}
+    for name, paths in shards.items():
+        folders = sorted({str(Path(path).parent.parent / "*") for path in paths})
+        shown[name] = ", ".join(str(Path(folder) / Path(paths[0]).name) for folder in folders)
+    return {"names": str(Path(labels).with_name("labels.yaml")), "labels": str(labels), **shown}

@@ -1,0 +1,119 @@
+"""How right the annotation is, and how often each action occurs."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from mimeline import tables
+from mimeline.reporting import words
+from mimeline.reporting.dots import DotChart, dot_chart
+from mimeline.vocabulary import ACTIONS, CONTROL_REGIONS, region_actions
+
+VARIANTS = {
+    "named": "the timelines as written",
+    "oracle": "the same clusters with the best possible names",
+    "gmm": "a Gaussian mixture on single frames, with the best possible names",
+}
+REGIONS = {"brow": "brow", "eye": "eye (lid)", "mouth": "mouth"}
+LIMITS = {"closure": "closure", "gaze": "gaze", "head": "head"}  # the same in every variant
+PREFIX = "f1_"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A line of the table: value and interval per variant, in words."""
+
+    name: str
+    cells: list[tuple[str, str]]
+    judgements: str
+
+
+@dataclass(frozen=True)
+class Share:
+    """How much of the frames shows an action; truth in the same unit, None where not known."""
+
+    action: str
+    share: float | None
+    truth: float | None
+    text: str
+
+
+@dataclass(frozen=True)
+class Scores:
+    chart: DotChart | None
+    entries: list[Entry]
+    variants: dict[str, str]
+    mean: float | None
+    reason: str
+    shares: dict[str, list[Share]]
+    largest: float
+
+
+def scores(metrics: str | Path, frames: pd.DataFrame, truth: pd.DataFrame | None) -> Scores:
+    """metrics: of the annotation; frames, truth: `frames` tables, truth None where not known."""
+    rows = tables.read(tables.METRICS, metrics)
+    reason = (tables.reason(metrics) or "nothing was scored") if rows.empty else ""
+    named = rows[rows["variant"] == "named"].set_index("metric")["value"]
+    means = [named[PREFIX + region] for region in REGIONS if PREFIX + region in named]
+    limits = rows[rows["variant"] == "named"]
+    limits = limits[limits["metric"].isin([PREFIX + key for key in LIMITS])]
+    clustered = rows[rows["metric"].isin([PREFIX + key for key in REGIONS])]
+    drawn = pd.concat([clustered, limits])
+    present = {v: about for v, about in VARIANTS.items() if v in set(rows["variant"])}
+    shares, largest = _shares(frames, truth)
+    return Scores(
+        chart=dot_chart(drawn, PREFIX, REGIONS | LIMITS, list(VARIANTS)),
+        entries=_entries(drawn, list(present)),
+        variants=present,
+        mean=float(pd.Series(means).mean()) if means else None,
+        reason=reason,
+        shares=shares,
+        largest=largest,
+    )
+
+
+def _entries(rows: pd.DataFrame, variants: list[str]) -> list[Entry]:
+    by_key = {(m.metric, m.variant): m for m in rows.itertuples()}
+    entries = []
+    for key, name in (REGIONS | LIMITS).items():
+        own = [by_key.get((PREFIX + key, variant)) for variant in variants]
+        if any(own):
+            cells = [_cell(row) for row in own]
+            entries.append(Entry(name, cells, words.count(max(row.n for row in own if row))))
+    return entries
+
+
+def _cell(row) -> tuple[str, str]:
+    if row is None or pd.isna(row.value):
+        return "", ""
+    known = pd.notna(row.low) and pd.notna(row.high)
+    return f"{row.value:.3f}", f"{row.low:.3f}–{row.high:.3f}" if known else ""
+
+
+def _shares(
+    frames: pd.DataFrame, truth: pd.DataFrame | None
+) -> tuple[dict[str, list[Share]], float]:
+    """By control region; the truth on the same clips."""
+    if frames.empty:
+        return {}, 1.0
+    found = _means(frames)
+    known = pd.Series(dtype="float64")
+    if truth is not None:
+        known = _means(truth[truth["clip_id"].isin(frames["clip_id"].unique())])
+    shares: dict[str, list[Share]] = {}
+    for region in CONTROL_REGIONS:
+        shares[region] = []
+        for action in region_actions(region):
+            share, true = found.get(action), known.get(action)
+            share = None if pd.isna(share) else float(share)
+            true = None if true is None or pd.isna(true) else float(true)
+            text = "not measured" if share is None else words.percent(share)
+            shares[region].append(Share(action, share, true, text))
+    largest = max([s.share or 0 for own in shares.values() for s in own])
+    largest = max([largest, *(s.truth or 0 for own in shares.values() for s in own)])
+    return shares, largest or 1.0
+
+
+def _means(frames: pd.DataFrame) -> pd.Series:
+    return frames[list(ACTIONS)].astype("Float64").mean().astype("float64")

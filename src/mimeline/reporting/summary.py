@@ -1,0 +1,131 @@
+"""The head of the page: a line of figures, a few sentences, and what is missing."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import pandas as pd
+
+from mimeline.reporting import words
+from mimeline.reporting.channels import Channels
+from mimeline.reporting.clusters import Region
+from mimeline.reporting.funnel import Funnel
+from mimeline.reporting.scores import Scores
+from mimeline.reporting.timelines import Timelines
+from mimeline.reporting.training import Model
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A number of the head, with what it counts and a line of context."""
+
+    value: str
+    name: str
+    context: str
+
+
+def figures(
+    way: Funnel, clips: pd.DataFrame, intervals: int, scored: Scores, models: Sequence[Model]
+) -> list[Figure]:
+    """The few numbers that a reader looks for first; clips: those that came through."""
+    seconds = _seconds(clips)
+    kept = words.percent(way.kept / way.entered) if way.entered else "–"
+    shown = [
+        Figure(f"{words.count(way.kept)}", f"of {words.clips(way.entered)} kept", kept),
+        Figure(words.minutes(seconds), "minutes of motion", _people(clips)),
+        Figure(words.count(intervals), "actions found", _per_minute(intervals, seconds)),
+    ]
+    if scored.mean is not None:
+        shown.append(Figure(words.score(scored.mean), "annotation F1", "mean of brow, eye, mouth"))
+    for model in models:
+        told = model.tas.get("guided", model.tas.get("request"))
+        if told is not None:
+            empty = model.tas.get("empty")
+            context = "" if empty is None else f"{words.score(empty)} when told nothing happens"
+            shown.append(Figure(words.score(told), f"alignment of the {model.name} model", context))
+    return shown
+
+
+def lead(way: Funnel, parts: pd.DataFrame, regions: Sequence[Region], truth: bool) -> list[str]:
+    """What happened, in sentences."""
+    if not way.kept:
+        return ["No clip came through. The funnel below says at which stage each one was lost."]
+    lost = way.entered - way.kept
+    text = f"Of {words.clips(way.entered)}, {words.count(way.kept)} came through"
+    text += f"; the reason of each of the other {words.count(lost)} stands below." if lost else "."
+    sentences = [text]
+    clusters = [f"{len(r.clusters)} for the {r.name}" for r in regions if r.clusters]
+    if clusters:
+        by_hand = sum(c.source == "named by a person" for r in regions for c in r.clusters)
+        total = sum(len(r.clusters) for r in regions)
+        named = f"a person named {by_hand} of them" if by_hand else "a rule proposed every name"
+        sentences.append(
+            f"The motion falls into {total} clusters ({words.listing(clusters)}); {named}."
+        )
+    sizes = parts["part"].value_counts()
+    if len(sizes):
+        told = [
+            f"{words.count(sizes[part])} for {word}"
+            for part, word in (("train", "training"), ("val", "validation"), ("test", "testing"))
+            if part in sizes
+        ]
+        sentences.append(f"Clips are divided {words.listing(told)}.")
+    if truth:
+        sentences.append("The truth is known here, so the scores are measured against it.")
+    return sentences
+
+
+def missing(
+    way: Funnel,
+    measured: Channels,
+    regions: Sequence[Region],
+    drawn: Timelines,
+    scored: Scores,
+    models: Sequence[Model],
+) -> list[tuple[str, str]]:
+    """(anchor, sentence) of everything that this run could not tell."""
+    told: list[tuple[str, str]] = []
+    if measured.absent and not measured.reason:
+        told.append(("channels", _some(measured.absent, "is not measured", "are not measured")))
+    if measured.dead:
+        told.append(("channels", _some(measured.dead, "hardly moves", "hardly move")))
+    told += [("clusters", f"no {r.name} clusters: {r.reason}") for r in regions if r.reason]
+    if drawn.unmeasured:
+        names = words.listing([words.TRACK_NAMES[t] for t in drawn.unmeasured])
+        told.append(("timelines", f"not measured on the timelines: {names}"))
+    told += [
+        ("funnel", f"{note.stage}: {note.text} ({words.clips(note.clips)})")
+        for note in way.notes
+        if "not applied" in note.text or note.text.startswith("parts are")
+    ]
+    if scored.reason:
+        told.append(("scores", f"no annotation scores: {scored.reason}"))
+    for model in models:
+        if model.reason:
+            told.append(("model", f"no {model.name} model: {model.reason}"))
+        elif model.metrics_reason:
+            told.append(("model", f"no scores of {model.name}: {model.metrics_reason}"))
+    return told
+
+
+def _some(names: Sequence[str], one: str, many: str, most: int = 6) -> str:
+    shown = ", ".join(names[:most]) + (" …" if len(names) > most else "")
+    subject = f"1 channel {one}" if len(names) == 1 else f"{len(names)} channels {many}"
+    return f"{subject} ({shown})"
+
+
+def _seconds(clips: pd.DataFrame) -> float:
+    if clips.empty:
+        return 0.0
+    return float((clips["n_frames"] * clips["fps_den"] / clips["fps_num"]).sum())
+
+
+def _people(clips: pd.DataFrame) -> str:
+    people = clips["subject_id"].nunique()
+    if people:
+        return f"{words.count(people)} {'person' if people == 1 else 'people'}"
+    videos = clips["source_id"].nunique()
+    return f"{words.count(videos)} {'recording' if videos == 1 else 'recordings'}" if videos else ""
+
+
+def _per_minute(intervals: int, seconds: float) -> str:
+    return f"{intervals / seconds * 60:.0f} per minute" if seconds else ""

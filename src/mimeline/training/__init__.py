@@ -1,0 +1,1 @@
+"""Training: conditions dropped, a loop, averaged weights, checkpoints."""

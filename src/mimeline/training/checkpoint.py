@@ -1,0 +1,180 @@
+"""A checkpoint: a folder with the weights, how to build the model, its channels, its origin."""
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import safetensors.torch
+from safetensors import SafetensorError
+from torch import nn
+
+from mimeline import __version__, tables
+from mimeline.dataset.windows import Normaliser
+from mimeline.errors import MimelineError
+from mimeline.training.families import FAMILIES
+from mimeline.training.loop import Run
+
+FORMAT = 1  # of the folder; rises when what lies in it changes its meaning
+WEIGHTS, CONFIG, CHANNELS = "model.safetensors", "config.json", "channels.json"
+PROVENANCE, LOSSES = "provenance.json", "log.parquet"
+PACKAGES = ("numpy", "pandas", "pyarrow", "safetensors", "torch")
+NUMBERS = ("mean", "std", "low", "high")  # of a channel, in its unit
+AVERAGED, RAW = "ema.", "raw."
+
+
+class BadCheckpoint(MimelineError):
+    """A checkpoint is missing, damaged or of another version."""
+
+
+class EmptyCheckpoint(BadCheckpoint):
+    """A checkpoint holds no model, because there was too little data to train one."""
+
+
+@dataclass(frozen=True)
+class Trained:
+    """A model read from a checkpoint, ready to predict.
+
+    family: its name in FAMILIES. normaliser: its channels in order, with mean and std. train: the
+    config keys that it was trained with.
+    """
+
+    family: str
+    model: nn.Module
+    normaliser: Normaliser
+    train: dict[str, Any]
+
+
+def provenance(inputs: Iterable[str | Path], seed: int) -> dict[str, Any]:
+    """What a training saw: the sha256 of its input files, our version, the seed, the packages'."""
+    return {
+        "mimeline": __version__,
+        "seed": seed,
+        "packages": {name: version(name) for name in PACKAGES},
+        "inputs": [{"file": str(path), "sha256": _sha256(path)} for path in inputs],
+    }
+
+
+def save(
+    folder: str | Path,
+    run: Run,
+    *,
+    family: str,
+    model: Mapping[str, Any],
+    train: Mapping[str, Any],
+    normaliser: Normaliser,
+    origin: Mapping[str, Any],
+) -> None:
+    """Write a finished training.
+
+    model: the constructor's plain values but the channels, which the normaliser names. train: the
+    config keys. origin: from `provenance`.
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    weights = {AVERAGED + name: value for name, value in run.average.state_dict().items()}
+    weights |= {RAW + name: value for name, value in run.model.state_dict().items()}
+    config = {"format": FORMAT, "family": family, "model": dict(model), "train": dict(train)}
+    channels = [
+        {"name": name, **{key: float(getattr(normaliser, key)[i]) for key in NUMBERS}}
+        for i, name in enumerate(normaliser.channels)
+    ]
+    safetensors.torch.save_file(weights, folder / WEIGHTS)
+    _write_json(folder / CONFIG, config)
+    _write_json(folder / CHANNELS, {"channels": channels})
+    _write_json(folder / PROVENANCE, origin)
+    tables.write(tables.LOSSES, run.losses, folder / LOSSES)
+
+
+def save_empty(folder: str | Path, why: str, origin: Mapping[str, Any]) -> None:
+    """Write that nothing was trained, and why."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    _write_json(folder / PROVENANCE, origin)
+    tables.write(tables.LOSSES, tables.empty(tables.LOSSES), folder / LOSSES, reason=why)
+
+
+def reason(folder: str | Path) -> str:
+    """Why the checkpoint holds no model; the empty string where it holds one."""
+    if not (Path(folder) / LOSSES).is_file():
+        raise _bad(folder, "no such checkpoint", "a folder written by the train stage")
+    try:
+        return tables.reason(Path(folder) / LOSSES)
+    except (ValueError, OSError) as error:
+        raise _bad(Path(folder) / LOSSES, str(error), "a table in Parquet") from error
+
+
+def losses(folder: str | Path) -> pd.DataFrame:
+    """The losses of the training (tables.LOSSES)."""
+    return tables.read(tables.LOSSES, Path(folder) / LOSSES)
+
+
+def load(folder: str | Path, averaged: bool = True) -> Trained:
+    """The model of a checkpoint, with its averaged or its last weights.
+
+    Raises EmptyCheckpoint where nothing was trained, BadCheckpoint where the folder is missing,
+    damaged or of another version.
+    """
+    folder = Path(folder)
+    if why := reason(folder):
+        raise EmptyCheckpoint(
+            folder,
+            found=f"no model ({why})",
+            expected="a trained model",
+            remedy="Give it more data, then run the train stage again.",
+        )
+    config, channels = _read_json(folder / CONFIG), _read_json(folder / CHANNELS)
+    if config.get("format") != FORMAT or config.get("family") not in FAMILIES:
+        raise _bad(
+            folder / CONFIG,
+            f"format {config.get('format')} of family {config.get('family')}",
+            f"format {FORMAT} of one of {', '.join(FAMILIES)}",
+        )
+    try:
+        rows = channels["channels"]
+        normaliser = Normaliser(
+            tuple(row["name"] for row in rows),
+            *(np.array([row[key] for row in rows], np.float64) for key in NUMBERS),
+        )
+        model = FAMILIES[config["family"]].model(normaliser.channels, **config["model"])
+        weights = safetensors.torch.load_file(folder / WEIGHTS)
+        prefix = AVERAGED if averaged else RAW
+        own = {k.removeprefix(prefix): v for k, v in weights.items() if k.startswith(prefix)}
+        model.load_state_dict(own)
+        train = dict(config["train"])
+    except (KeyError, TypeError, ValueError, RuntimeError, OSError, SafetensorError) as error:
+        raise _bad(folder, str(error), f"{WEIGHTS} and {CHANNELS} that fit {CONFIG}") from error
+    return Trained(config["family"], model.eval().requires_grad_(False), normaliser, train)
+
+
+def _sha256(path: str | Path) -> str:
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _write_json(path: Path, value: Mapping[str, Any]) -> None:
+    path.write_text(json.dumps(value, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def _read_json(path: Path) -> dict[str, Any]:
+    try:
+        value = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise _bad(path, str(error), "a JSON file") from error
+    if not isinstance(value, dict):
+        raise _bad(path, f"a JSON {type(value).__name__}", "a JSON object")
+    return value
+
+
+def _bad(file: str | Path, found: str, expected: str) -> BadCheckpoint:
+    return BadCheckpoint(
+        file,
+        found=found,
+        expected=expected,
+        remedy="Delete the folder and run the train stage again.",
+    )

@@ -1,0 +1,276 @@
+"""A small run, made by hand: three clips in two shards, one of them dropped, one failed."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from mimeline import tables
+from mimeline.vocabulary import ACTIONS, CHANNELS, SERIES_REGIONS, series_channels
+
+FRAMES, FPS = 60, 30
+KEPT = "kept_1"
+OPTIONS = {"title": "A small run", "clips": 2, "exemplars": 3}
+LIMITS = {"closed": 0.5, "gaze_deg": 8.0, "head_deg": 8.0, "min_frames": 1}
+
+
+def _ledger(path: Path, stage: str, rows: list[dict]) -> Path:
+    """A ledger of one stage; rows need clip_id and status."""
+    blank = dict.fromkeys(tables.LEDGER.schema.names) | {"stage": stage}
+    columns = tables.LEDGER.schema.names
+    table = pd.DataFrame([blank | row for row in rows], columns=columns)
+    tables.write(tables.LEDGER, table, path)
+    return path
+
+
+def clips(path: Path, ids: list[str]) -> Path:
+    blank = dict.fromkeys(tables.CLIPS.schema.names)
+    rows = [
+        blank
+        | {
+            "clip_id": clip,
+            "source_id": f"video of {clip}",
+            "start_s": 0.0,
+            "end_s": FRAMES / FPS,
+            "fps_num": FPS,
+            "fps_den": 1,
+            "n_frames": FRAMES,
+            "actions": [],
+            "texts": [],
+            "shard": 0,
+        }
+        for clip in ids
+    ]
+    tables.write(tables.CLIPS, pd.DataFrame(rows, columns=tables.CLIPS.schema.names), path)
+    return path
+
+
+def motion(ids: list[str]) -> pd.DataFrame:
+    wave = 0.3 + 0.3 * np.sin(np.arange(FRAMES) / 9)
+    parts = [
+        pd.DataFrame(
+            {"clip_id": clip, "frame": np.arange(FRAMES), "valid": True}
+            | {"confidence": np.nan, "tracker_loss": np.nan}
+            | dict.fromkeys(CHANNELS, wave)
+        )
+        for clip in ids
+    ]
+    return pd.concat(parts) if parts else tables.empty(tables.MOTION)
+
+
+def frames(ids: list[str], unmeasured: tuple[str, ...] = ()) -> pd.DataFrame:
+    """Every action of the first half of the frames that is the first of its track."""
+    active = np.arange(FRAMES) < FRAMES // 2
+    marks = {
+        action: active if action in ("BrowUp", "Smile", "GazeLeft", "HeadUp") else False
+        for action in ACTIONS
+    } | dict.fromkeys(unmeasured, pd.NA)
+    parts = [
+        pd.DataFrame({"clip_id": clip, "frame": np.arange(FRAMES)} | marks).astype(
+            dict.fromkeys(ACTIONS, "boolean")
+        )
+        for clip in ids
+    ]
+    return pd.concat(parts) if parts else tables.empty(tables.FRAMES)
+
+
+def _write(table: tables.Table, rows: list[dict], path: Path, reason: str = "") -> Path:
+    blank = dict.fromkeys(table.schema.names)
+    filled = pd.DataFrame([blank | row for row in rows], columns=table.schema.names)
+    tables.write(table, filled, path, "" if rows else reason)
+    return path
+
+
+@pytest.fixture
+def ledger() -> Callable[..., Path]:
+    """Writes a stage's ledger: path, stage, rows of clip_id, status and more; gives the path."""
+    return _ledger
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Callable[..., dict]:
+    """Writes a run's tables and gives the arguments of `report`.
+
+    clip: the id of the clip that is kept; note: of a cluster. unmeasured: actions without channels.
+    """
+
+    def make(clip: str = KEPT, note: str = "strong", unmeasured: tuple[str, ...] = ()) -> dict:
+        return _full(tmp_path, clip, note, unmeasured)
+
+    return make
+
+
+def _full(at: Path, clip: str, note: str, unmeasured: tuple[str, ...]) -> dict:
+    short = {"rule": "too_short", "value": 3.4, "limit": 5.0, "unit": "s"}
+    unread = {"rule": "unreadable", "detail": "line 812: found n/a", "first_frame": 3}
+    skipped = {"rule": "turned", "detail": "not applied: no head angle is known for this clip"}
+    kept = {"clip_id": clip, "status": "kept"}
+    ledgers = [
+        _ledger(
+            at / "catalogue.parquet",
+            "catalogue",
+            [kept, {"clip_id": "short_1", "status": "kept"}, {"clip_id": "bad", "status": "kept"}],
+        ),
+        _ledger(
+            at / "select" / "00" / "ledger.parquet",
+            "select",
+            [kept, {"clip_id": "short_1", "status": "dropped"} | short],
+        ),
+        _ledger(
+            at / "select" / "01" / "ledger.parquet",
+            "select",
+            [{"clip_id": "bad", "status": "kept"}],
+        ),
+        _ledger(
+            at / "ingest.parquet",
+            "ingest",
+            [kept, {"clip_id": "bad", "status": "failed"} | unread],
+        ),
+        _ledger(at / "pose.parquet", "pose", [kept | skipped]),
+        _ledger(at / "split.parquet", "split", [kept]),
+    ]
+    moving, marked = motion([clip]), frames([clip], unmeasured)
+    paths = {name: at / f"{name}.parquet" for name in ("motion", "frames", "generated")}
+    tables.write(tables.MOTION, moving, paths["motion"])
+    tables.write(tables.MOTION, moving, paths["generated"])
+    tables.write(tables.FRAMES, marked, paths["frames"])
+    truth = at / "truth"
+    tables.write(tables.FRAMES, frames([clip]), truth / "frames.parquet")
+    (truth / "faults.csv").write_text(
+        "clip_id,fault,stage,status\nshort_1,too_short,select,dropped\nbad,lost,pose,dropped\n"
+    )
+    interval = {"clip_id": clip, "start_frame": 0, "end_frame": 30}
+    found = [interval | {"track": "brow", "action": "BrowUp", "source": "ticc", "cluster": 1}]
+    found.append(interval | {"track": "mouth", "action": "Smile", "source": "ticc", "cluster": 1})
+    series, clusters = {}, {}
+    for region in SERIES_REGIONS:
+        channels = list(series_channels(region, "left"))
+        long = moving[["clip_id", "frame", *channels]].assign(position=np.arange(FRAMES))
+        series[region] = at / f"{region}.parquet"
+        tables.write(tables.SERIES[region, "left"], long, series[region])
+        clusters[region] = at / f"{region}_clusters.parquet"
+        assigned = {"cluster": (np.arange(FRAMES) < 30).astype(int), "margin": 1.0}
+        own = moving[["clip_id", "frame"]].assign(**assigned)
+        tables.write(tables.CLUSTERS, own, clusters[region])
+    names = [("brow", "BrowUp"), ("eye", "EyeWiden"), ("mouth", "Smile")]
+    labels = [
+        {"region": region, "cluster": number, "action": action, "share": 0.5, "source": source}
+        | {"note": note if source == "human" else None}
+        for region, name in names
+        for number, action, source in ((0, "Neutral", "proposed"), (1, name, "human"))
+    ]
+    shown = [
+        {"region": region, "cluster": 1, "kind": kind} | interval
+        for region in SERIES_REGIONS
+        for kind in ("medoid", "longest")
+    ]
+    share = [{"channel": c, "measured": 1, "mean": 0.3, "std": 0.2, "low": 0.0, "high": 0.6}
+             for c in CHANNELS]  # fmt: skip
+    share[0] |= {"measured": 0.0, "mean": None, "std": None, "low": None, "high": None}
+    share[1] |= {"low": 0.1, "high": 0.101}
+    losses = [
+        {
+            "step": step,
+            "loss": 1 / step,
+            "val_loss": 2 / step,
+            "learning_rate": 1e-3,
+            "seconds": 1.0,
+        }
+        for step in range(1, 20)
+    ]
+    scored = [
+        {
+            "model": "annotation",
+            "variant": variant,
+            "part": "all",
+            "metric": f"f1_{region}",
+            "n": 60,
+        }
+        | {"value": value, "low": value - 0.02, "high": value + 0.02}
+        for variant, value in (("named", 0.91), ("oracle", 0.93), ("gmm", 0.85))
+        for region in ("brow", "eye", "mouth", "gaze")
+    ]
+    followed = [
+        {"model": "timeline", "variant": variant, "part": "test", "metric": metric, "n": 1}
+        | {"value": value, "low": value, "high": value}
+        for variant, value in (("request", 0.77), ("empty", 0.31))
+        for metric in ("tas", "tas_brow", "var", "fid_fm")
+    ]
+    checkpoint = at / "checkpoint"
+    _write(tables.LOSSES, losses, checkpoint / "log.parquet")
+    return {
+        "page": at / "report" / "index.html",
+        "ledgers": ledgers,
+        "clips": [clips(at / "clips.parquet", [clip])],
+        "motions": [paths["motion"]],
+        "series": series,
+        "clusters": clusters,
+        "labels": _write(tables.LABELS, labels, at / "labels.parquet"),
+        "exemplars": _write(tables.EXEMPLARS, shown, at / "exemplars.parquet"),
+        "intervals": [_write(tables.INTERVALS, found, at / "intervals.parquet")],
+        "frames": [paths["frames"]],
+        "split": _write(
+            tables.SPLIT, [{"clip_id": clip, "part": "train", "group": "a"}], at / "parts.parquet"
+        ),
+        "statistics": _write(tables.STATISTICS, share, at / "statistics.parquet"),
+        "annotation_metrics": _write(tables.METRICS, scored, at / "annotation.parquet"),
+        "models": ["timeline"],
+        "checkpoints": [checkpoint],
+        "metrics": [_write(tables.METRICS, followed, at / "metrics.parquet")],
+        "generated": [paths["generated"]],
+        "truth": truth,
+        "annotate": LIMITS,
+        "side": "left",
+        "options": OPTIONS,
+    }
+
+
+@pytest.fixture
+def empty_run(tmp_path: Path) -> dict:
+    """A run through which no clip came: every table is empty and says why."""
+    at, why = tmp_path, "no clip came through"
+    ledgers = [
+        _ledger(at / "catalogue.parquet", "catalogue", [{"clip_id": "bad", "status": "failed"}])
+    ]
+    ledgers += [_ledger(at / f"{stage}.parquet", stage, []) for stage in ("select", "ingest")]
+    series, clusters = {}, {}
+    for region in SERIES_REGIONS:
+        series[region], clusters[region] = at / f"{region}.parquet", at / f"{region}_c.parquet"
+        long = tables.SERIES[region, "left"]
+        tables.write(long, tables.empty(long), series[region], f"not measured: {region} channels")
+        tables.write(tables.CLUSTERS, tables.empty(tables.CLUSTERS), clusters[region])
+    checkpoint = at / "checkpoint"
+    _write(tables.LOSSES, [], checkpoint / "log.parquet", "there is no window to train on")
+    kinds = {
+        "labels": tables.LABELS,
+        "exemplars": tables.EXEMPLARS,
+        "split": tables.SPLIT,
+        "annotation_metrics": tables.METRICS,
+        "statistics": tables.STATISTICS,
+    }
+    single = {n: _write(t, [], at / f"{n}_e.parquet", f"{n}: {why}") for n, t in kinds.items()}
+    shards = {
+        "clips": tables.CLIPS,
+        "motions": tables.MOTION,
+        "intervals": tables.INTERVALS,
+        "frames": tables.FRAMES,
+        "metrics": tables.METRICS,
+        "generated": tables.MOTION,
+    }
+    several = {n: [_write(t, [], at / f"{n}_s.parquet", f"{n}: {why}")] for n, t in shards.items()}
+    return {
+        "page": at / "report" / "index.html",
+        "ledgers": ledgers,
+        "series": series,
+        "clusters": clusters,
+        "models": ["timeline"],
+        "checkpoints": [checkpoint],
+        "truth": None,
+        "annotate": LIMITS,
+        "side": "left",
+        "options": OPTIONS,
+        **single,
+        **several,
+    }

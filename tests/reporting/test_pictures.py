@@ -1,0 +1,152 @@
+import numpy as np
+import pandas as pd
+import pytest
+
+from mimeline.reporting import words
+from mimeline.reporting.channels import channels
+from mimeline.reporting.clusters import regions
+from mimeline.reporting.confusion import matrices
+from mimeline.reporting.dots import dot_chart
+from mimeline.reporting.drawing import Scale, curve, second_ticks, ticks
+from mimeline.reporting.timelines import choose, stretches
+from mimeline.reporting.training import loss_curve
+from mimeline.vocabulary import ACTIONS
+
+
+def test_a_gap_in_the_data_is_a_gap_in_the_curve():
+    x, y = Scale(0, 3, 0, 30), Scale(0, 1, 10, 0)
+    assert curve([0, 1, 2, 3], [0, np.nan, 1, 1], x, y) == "M0 10M20 0L30 0"
+
+
+@pytest.mark.parametrize(("low", "high"), [(0, 1), (0.8, 1), (0, 1500), (-30, 30), (2, 2)])
+def test_ticks_are_round_few_and_within_the_range(low, high):
+    marks = ticks(low, high)
+    assert 1 <= len(marks) <= 11
+    assert all(low - 1e-9 <= mark <= high + 1e-9 for mark in marks)
+
+
+def test_seconds_of_a_long_span_are_thinned():
+    assert second_ticks(0, 5) == [0, 1, 2, 3, 4, 5]
+    assert len(second_ticks(0, 3600)) <= 13
+
+
+def test_clips_that_show_new_actions_are_chosen_first():
+    intervals = pd.DataFrame(
+        [("a", "BrowUp"), ("a", "BrowDown"), ("b", "BrowUp"), ("b", "BrowDown"), ("c", "Smile")],
+        columns=["clip_id", "action"],
+    )
+    assert choose(intervals, ["a", "b", "c", "d"], 2) == ["a", "c"]
+    assert choose(intervals, ["d", "c", "b", "a"], 4) == ["a", "c", "b", "d"]
+
+
+def test_stretches_end_where_the_action_changes_or_frames_are_missing():
+    frames = pd.DataFrame({"clip_id": "a", "frame": [0, 1, 2, 5, 6]})
+    marks = pd.DataFrame(False, index=range(5), columns=list(ACTIONS)).astype("boolean")
+    marks["BrowUp"] = [True, True, False, False, True]
+    marks["BrowDown"] = [False, False, True, True, False]
+    frames = pd.concat([frames, marks.astype("boolean")], axis=1)
+    assert stretches(frames, "brow") == [
+        ("BrowUp", 0, 2),
+        ("BrowDown", 2, 3),
+        ("BrowDown", 5, 6),
+        ("BrowUp", 6, 7),
+    ]
+    frames["BrowUp"] = pd.array([pd.NA, pd.NA, False, False, True], dtype="boolean")
+    assert [run[1:] for run in stretches(frames, "brow", gaps=True)] == [(0, 2)]
+
+
+def test_losses_over_a_wide_range_are_drawn_on_a_logarithmic_axis():
+    losses = pd.DataFrame({"step": [1, 2, 3], "val_loss": np.nan, "learning_rate": 0.1})
+    assert loss_curve(losses.assign(loss=[9.0, 1.0, 0.5])).logarithmic
+    plot = loss_curve(losses.assign(loss=[0.9, 0.8, 0.7]))
+    assert not plot.logarithmic
+    assert [line.name for line in plot.lines] == ["training"]
+
+
+def test_the_scale_of_a_dot_chart_reaches_below_every_whisker():
+    rows = [("f1_brow", "named", 0.9, 0.55, 0.95), ("f1_brow", "gmm", np.nan, np.nan, np.nan)]
+    table = pd.DataFrame(rows, columns=["metric", "variant", "value", "low", "high"])
+    chart = dot_chart(table, "f1_", {"brow": "brow", "eye": "eye"}, ["named", "gmm"])
+    assert chart.variants == ["named"]
+    assert [group.name for group in chart.groups] == ["brow"]
+    assert chart.left <= chart.groups[0].dots[0].low < chart.groups[0].dots[0].x
+    assert dot_chart(table[:0], "f1_", {"brow": "brow"}, ["named"]) is None
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "text"),
+    [
+        (0.243, "share of frames", "24 % of frames"),
+        (12.7, "s", "12.7 s"),
+        (4.43333, "s", "4.43 s"),
+        (300, "px", "300 px"),
+        (35.0, "deg", "35°"),
+        (2.5, None, "2.5"),
+        (None, "s", ""),
+    ],
+)
+def test_a_measure_is_told_in_its_unit(value, unit, text):
+    assert words.measure(value, unit) == text
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [
+        (0, "0 %"),
+        (0.0001, "< 0.1 %"),
+        (0.034, "3.4 %"),
+        (0.5, "50 %"),
+        (0.999, "> 99 %"),
+        (1, "100 %"),
+    ],
+)
+def test_a_share_is_not_rounded_to_none_or_all(share, text):
+    assert words.percent(share) == text
+
+
+def test_actions_are_named_in_words():
+    assert [words.short(a) for a in ("BrowUp", "SoftSmile", "MouthFrown", "EyeClose")] == [
+        "up",
+        "soft smile",
+        "frown",
+        "close",
+    ]
+
+
+def test_an_interval_chosen_for_several_reasons_is_drawn_once(run):
+    given = run()
+    found = regions(
+        given["series"],
+        given["clusters"],
+        given["labels"],
+        given["exemplars"],
+        {"kept_1": 30.0},
+        "left",
+        wanted=4,
+    )
+    cluster = found[0].clusters[0]
+    assert (cluster.action, cluster.source) == ("BrowUp", "named by a person")
+    assert [shown.kind for shown in cluster.exemplars] == ["medoid, longest"]
+    assert cluster.exemplars[0].text == "1.00 s, frames 0–29"
+    assert found[0].clusters[-1].action == "Neutral"
+
+
+def test_a_channel_is_measured_flat_or_absent(run):
+    found = channels(run()["statistics"])
+    assert (found.measured, found.absent, found.dead) == (56, ["browDownLeft"], ["browDownRight"])
+    left, right = found.regions["brow"][0].bars
+    assert (left.side, left.state, right.state) == ("Left", "absent", "dead")
+    assert [cell.name for cell in found.regions["jaw"]][1] == "jawLeft"
+
+
+def test_a_confusion_matrix_tells_shares_of_the_true_frames():
+    marks = pd.DataFrame(False, index=range(4), columns=list(ACTIONS)).astype("boolean")
+    frames = pd.concat([pd.DataFrame({"clip_id": "a", "frame": range(4)}), marks], axis=1)
+    truth = frames.assign(BrowUp=pd.array([True, True, True, False], dtype="boolean"))
+    found = frames.assign(BrowUp=pd.array([True, True, False, False], dtype="boolean"))
+    brow = next(matrix for matrix in matrices(found, truth) if matrix.region == "brow")
+    assert brow.names == ["Neutral", "BrowUp", "BrowDown"]
+    assert [(row.action, row.frames) for row in brow.rows] == [("Neutral", 1), ("BrowUp", 3)]
+    shares = [(share, right) for share, _, right in brow.rows[1].cells]
+    assert shares == [(pytest.approx(1 / 3), False), (pytest.approx(2 / 3), True), (0, False)]
+    assert matrices(found, None) == []

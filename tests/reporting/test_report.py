@@ -1,0 +1,137 @@
+import re
+from html.parser import HTMLParser
+
+import pytest
+
+from mimeline import tables
+from mimeline.reporting.report import report
+
+HOSTILE = "<script>alert(1)</script>\"'&}}{{ 7 * 7 }}"
+VOID = {"meta", "br", "link", "img"}
+
+
+class Page(HTMLParser):
+    """The tags, ids, addresses and words of a page; refuses tags that are not closed in order."""
+
+    def __init__(self, html: str):
+        super().__init__(convert_charrefs=True)
+        self.tags, self.ids, self.addresses, self.words = [], [], [], []
+        self._open: list[str] = []
+        self.feed(html)
+        assert not self._open
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+        self.ids += [value for name, value in attrs if name == "id"]
+        self.addresses += [v for n, v in attrs if n in ("href", "src", "xlink:href", "action")]
+        self.addresses += [u for n, v in attrs for u in re.findall(r"url\(([^)]*)\)", v or "")]
+        if tag not in VOID:
+            self._open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        self.handle_starttag(tag, attrs)
+        if tag not in VOID:
+            self._open.pop()
+
+    def handle_endtag(self, tag):
+        assert self._open.pop() == tag, f"</{tag}> closes another tag"
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+    @property
+    def text(self) -> str:
+        return " ".join(" ".join(self.words).split())
+
+
+def written(arguments: dict) -> tuple[str, Page]:
+    report(**arguments)
+    html = arguments["page"].read_text(encoding="utf-8")
+    return html, Page(html)
+
+
+def test_the_page_tells_every_stage_cluster_score_and_model_of_a_run(run):
+    _, page = written(run())
+    assert "Of 3 clips, 1 came through" in page.text
+    assert "too short 3.4 s 5 s" in page.text
+    assert "line 812: found n/a" in page.text
+    assert "named by a person" in page.text
+    assert "medoid, longest" in page.text
+    assert "0.910" in page.text
+    assert "alignment of the timeline model 0.77" in page.text
+    assert "19 steps" in page.text
+
+
+def test_a_rule_that_was_not_applied_and_a_channel_that_is_absent_or_flat_are_said(run):
+    _, page = written(run())
+    assert "“the head turns too far” was not applied: no head angle is known" in page.text
+    assert "1 channel is not measured (browDownLeft)" in page.text
+    assert "1 channel hardly moves (browDownRight)" in page.text
+
+
+def test_a_track_without_its_channels_is_drawn_as_not_measured(run):
+    head = ("HeadLeft", "HeadRight")
+    _, page = written(run(unmeasured=head))
+    assert "not measured on the timelines: head, left–right" in page.text
+    _, page = written(run())
+    assert "not measured on the timelines" not in page.text
+
+
+def test_planted_faults_that_were_not_met_are_counted(run):
+    _, page = written(run())
+    assert "1 of 2 planted faults were met" in page.text
+    assert "not seen by pose" in page.text
+
+
+def test_a_run_of_nothing_gives_a_page_with_its_reasons(empty_run):
+    _, page = written(empty_run)
+    assert "No clip came through." in page.text
+    assert "No clusters: not measured: brow channels." in page.text
+    assert "No score: annotation_metrics: no clip came through." in page.text
+    assert "No timeline model: there is no window to train on." in page.text
+    assert "Nothing to show: intervals: no clip came through." in page.text
+
+
+def test_ids_notes_and_titles_stay_text(run):
+    arguments = run(clip=HOSTILE, note=HOSTILE)
+    arguments["options"] = arguments["options"] | {"title": HOSTILE}
+    html, page = written(arguments)
+    assert "<script" not in html
+    assert "script" not in page.tags
+    assert HOSTILE in "".join(page.words)
+    assert "49" not in HOSTILE and "}}49" not in html
+
+
+def test_a_value_that_is_no_number_or_name_of_ours_never_reaches_a_style(run):
+    html, _ = written(run(clip='x" style="background: url(http://a)'))
+    assert 'style="background: url(' not in html
+
+
+def test_nothing_on_the_page_comes_from_elsewhere(run):
+    html, page = written(run())
+    assert page.addresses
+    assert all(address.startswith("#") for address in page.addresses)
+    assert {address[1:] for address in page.addresses} <= set(page.ids)
+    assert not {"script", "link", "iframe", "img"} & set(page.tags)
+    assert "@import" not in html and "@font-face" not in html and "://" not in html
+
+
+def test_no_id_occurs_twice(run):
+    _, page = written(run())
+    assert len(page.ids) == len(set(page.ids))
+
+
+def test_the_same_tables_give_the_same_page(run):
+    arguments = run()
+    first, _ = written(arguments)
+    second, _ = written(arguments)
+    assert first == second
+
+
+def test_a_page_that_cannot_be_written_leaves_the_old_one(run):
+    arguments = run()
+    first, _ = written(arguments)
+    tables.write(tables.LEDGER, tables.empty(tables.LEDGER), arguments["ledgers"][0])
+    with pytest.raises(tables.BadFile):
+        report(**arguments)
+    assert arguments["page"].read_text(encoding="utf-8") == first
