@@ -6,13 +6,14 @@ from hypothesis import strategies as st
 
 from mimeline import tables
 from mimeline.annotation.annotate import (
-    Annotator,
     annotate,
     annotate_frames,
     intervals_of,
-    read_models,
     track_codes,
 )
+from mimeline.annotation.annotator import Annotator
+from mimeline.annotation.region_model import read_models
+from mimeline.annotation.thresholds import Limits
 from mimeline.vocabulary import ACTIONS, CHANNELS, TRACKS, track_actions
 
 LIMITS = {"closed": 0.5, "gaze_deg": 8.0, "head_deg": 8.0}
@@ -47,7 +48,9 @@ def told(found, track):
 
 
 def annotated(motion, clusters, min_frames=1, names=NAMES):
-    frames = annotate_frames(motion, clusters, labels_of(names), min_frames, **LIMITS)
+    frames = annotate_frames(
+        motion, clusters, labels_of(names), Limits(**LIMITS, min_frames=min_frames)
+    )
     return frames, intervals_of(frames, clusters)
 
 
@@ -256,20 +259,20 @@ def test_a_face_that_does_nothing_has_frames_and_no_interval(run, motion_of):
 
 def test_an_annotator_finds_in_fitted_motion_what_the_tables_tell(segmented):
     assigned = {r: tables.read(tables.CLUSTERS, segmented.clusters[r]) for r in ("brow", "eye")}
-    options = {"side": "left", **LIMITS, "min_frames": 3}
-    annotator = Annotator(read_models(segmented.models), labels_of(), **options)
+    limits = Limits(**LIMITS, min_frames=3)
+    annotator = Annotator(read_models(segmented.models), labels_of(), limits)
     motion = segmented.motion.astype(dict.fromkeys(CHANNELS, "float32"))
-    expected = annotate_frames(motion, assigned, labels_of(), 3, **LIMITS)
+    expected = annotate_frames(motion, assigned, labels_of(), limits)
     pd.testing.assert_frame_equal(annotator.frames(motion), expected)
 
 
 def test_an_annotator_leaves_out_a_region_that_the_motion_lacks(segmented, motion_of):
-    options = {"side": "left", **LIMITS, "min_frames": 1}
-    annotator = Annotator(read_models(segmented.models), labels_of(), **options)
+    limits = Limits(**LIMITS, min_frames=1)
+    annotator = Annotator(read_models(segmented.models), labels_of(), limits)
     motion = motion_of({"new": 30}, eyeSquintLeft=0.5, eyeWideLeft=0.05)
     motion.loc[10, "valid"] = False
     found = annotator.clusters(motion)
-    assert set(found) == {"eye"}
+    assert found["brow"].empty
     assert found["eye"]["frame"].tolist() == [*range(10), *range(11, 30)]
     frames = annotator.frames(motion)
     assert frames["BrowUp"].isna().all()

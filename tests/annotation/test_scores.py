@@ -89,7 +89,8 @@ def clips_of(seed, n=30):
 def test_an_interval_holds_the_value_and_repeats_for_a_seed():
     counts = {"brow": clips_of(0), "gaze_h": clips_of(1), "gaze_v": clips_of(2)}
     first = bootstrap(counts, 200, np.random.default_rng(5))
-    assert list(first) == ["brow", "gaze"]
+    assert list(first) == ["brow", "gaze", "mean"]
+    assert first["mean"][0] == pytest.approx((first["brow"][0] + first["gaze"][0]) / 2)
     for value, low, high in first.values():
         assert low < value < high
         assert high - low < 0.1

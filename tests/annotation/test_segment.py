@@ -3,9 +3,10 @@ import pandas as pd
 import pytest
 
 from mimeline import tables
-from mimeline.annotation.annotate import read_models
+from mimeline.annotation.region_model import RegionModel, read_models
 from mimeline.annotation.segment import segment
 from mimeline.annotation.series import concatenate
+from mimeline.errors import BadFile
 from mimeline.ticc import TICC
 from mimeline.vocabulary import series_channels
 
@@ -79,8 +80,21 @@ def test_many_sequences_shorter_than_a_window_are_too_little(run):
     assert reason.startswith("0 windows of 3 frames are too few")
 
 
-def test_a_channel_that_never_moves_is_named(run):
+def test_a_channel_that_never_moves_is_left_out_of_the_model(run):
     clusters, reason, model = run([200], {"eyeWideLeft": 0.25})
+    assert len(clusters) == 200
+    assert reason == ""
+    assert RegionModel.load(model).channels == ("eyeSquintLeft",)
+
+
+def test_a_region_of_which_no_channel_moves_is_not_segmented(run):
+    clusters, reason, model = run([200], {"eyeWideLeft": 0.25, "eyeSquintLeft": 0.1})
     assert clusters.empty
-    assert reason == "never moves: eyeWideLeft"
+    assert reason == "never moves: eyeSquintLeft, eyeWideLeft"
     assert list(model.iterdir()) == []
+
+
+def test_a_folder_that_holds_no_model_says_what_to_do(tmp_path):
+    (tmp_path / "channels.json").write_text("[")
+    with pytest.raises(BadFile, match="run segment again"):
+        RegionModel.load(tmp_path)

@@ -2,10 +2,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mimeline.annotation.thresholds import threshold_actions
+from mimeline.annotation.thresholds import Limits, threshold_actions
 from mimeline.vocabulary import HEAD
 
-LIMITS = {"closed": 0.5, "gaze_deg": 8.0, "head_deg": 10.0}
+LIMITS = {"closed": 0.5, "gaze_deg": 8.0, "head_deg": 10.0, "min_frames": 1}
 
 
 def marks(motion_of, limits=LIMITS, **channels):
@@ -13,7 +13,7 @@ def marks(motion_of, limits=LIMITS, **channels):
     rows = max(np.size(values) for values in channels.values())
     motion = motion_of({"a": rows}, **channels)
     numbers = motion.columns[3:]
-    return threshold_actions(motion.astype(dict.fromkeys(numbers, "float32")), **limits)
+    return threshold_actions(motion.astype(dict.fromkeys(numbers, "float32")), Limits(**limits))
 
 
 def test_the_exact_limit_counts_as_on_and_what_is_below_does_not(motion_of):

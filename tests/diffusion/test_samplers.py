@@ -3,7 +3,7 @@ import torch
 
 from mimeline.diffusion.guidance import classifier_free
 from mimeline.diffusion.samplers import dpmpp_2m, even_log_snr
-from mimeline.diffusion.schedule import cosine, linear
+from mimeline.diffusion.schedule import cosine
 
 MEAN = torch.tensor([2.0, -1.0, 0.0])
 STD = torch.tensor([0.1, 1.0, 3.0])
@@ -20,9 +20,8 @@ def gaussian_denoiser(schedule):
     return denoise
 
 
-@pytest.mark.parametrize("make", [cosine, linear])
-def test_twenty_calls_give_the_moments_of_a_gaussian(make):
-    schedule = make(1000)
+def test_twenty_calls_give_the_moments_of_a_gaussian():
+    schedule = cosine(1000)
     noise = torch.randn(20_000, 3, generator=torch.Generator().manual_seed(0))
     drawn = dpmpp_2m(gaussian_denoiser(schedule), noise, schedule, calls=20)
     assert torch.allclose(drawn.mean(dim=0), MEAN, atol=0.06)

@@ -5,6 +5,7 @@ import pytest
 from mimeline import tables
 from mimeline.annotation.annotate import annotate_frames
 from mimeline.annotation.series import concatenate
+from mimeline.annotation.thresholds import Limits
 from mimeline.evaluation.annotation import evaluate_annotation, oracle
 from mimeline.vocabulary import ACTIONS, SERIES_REGIONS, series_channels
 
@@ -141,7 +142,9 @@ def test_oracle_names_agree_with_truth_as_often_as_names_can():
     def agreement(names):
         labels = pd.DataFrame({"region": "brow", "cluster": range(4), "action": names})
         motion = keys.reindex(columns=tables.MOTION.schema.names).assign(valid=True)
-        found = annotate_frames(motion, {"brow": clusters_of(keys, ids)}, labels, **ANNOTATE)
+        found = annotate_frames(
+            motion, {"brow": clusters_of(keys, ids)}, labels, Limits(**ANNOTATE)
+        )
         return (found[["BrowUp", "BrowDown"]] == true[["BrowUp", "BrowDown"]]).all(axis=1).sum()
 
     classes = ["Neutral", "BrowUp", "BrowDown"]

@@ -27,7 +27,7 @@ def evaluate(world, checkpoint, folder):
     """The metrics and the generated motion, as files."""
     metrics, generated = folder / "metrics.parquet", folder / "generated.parquet"
     files = ([world.motion], [world.frames], world.split, {}, world.labels, metrics, generated)
-    evaluate_timeline(checkpoint, *files, ANNOTATE, "left", 50, OPTIONS)
+    evaluate_timeline(checkpoint, *files, ANNOTATE, 50, OPTIONS)
     return metrics, generated
 
 

@@ -28,7 +28,6 @@ USERS: dict[str, set[str]] = {
         "segment",
         "label",
         "evaluate_annotation",
-        "evaluate",
         "report",
     },
     "segment": {"segment"},

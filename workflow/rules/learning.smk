@@ -65,7 +65,6 @@ rule evaluate:
     resources:
         mem_mb=3000,
     params:
-        side=lookup("series/side", within=config),
         annotate=lookup("annotate", within=config),
         resamples=lookup("evaluate/bootstrap", within=config),
         options=lookup("evaluate/{model}", within=config),

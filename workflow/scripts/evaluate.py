@@ -17,7 +17,6 @@ with stage(snakemake) as job:
         metrics=job.output.metrics,
         generated=job.output.generated,
         annotate=job.params.annotate,
-        side=job.params.side,
         resamples=job.params.resamples,
         options=job.params.options,
         threads=job.threads,

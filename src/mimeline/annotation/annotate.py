@@ -8,59 +8,16 @@ import pandas as pd
 
 from mimeline import tables
 from mimeline.annotation.runs import run_starts
-from mimeline.annotation.series import sequences
-from mimeline.annotation.thresholds import threshold_actions
-from mimeline.ticc import TICC
+from mimeline.annotation.thresholds import Limits, threshold_actions
 from mimeline.vocabulary import (
     NEUTRAL,
     SERIES_TRACK,
     TRACKS,
     series_actions,
-    series_channels,
     track_actions,
 )
 
 log = logging.getLogger(__name__)
-
-
-class Annotator:
-    """Annotates motion that the clusters were not fitted on: unseen clips, generated motion.
-
-    models: a fitted TICC per series region; labels: the `labels` table; side: the side of the face
-    that the models were fitted on; the rest: see `annotate_frames` and `threshold_actions`.
-    """
-
-    def __init__(
-        self,
-        models: dict[str, TICC],
-        labels: pd.DataFrame,
-        side: str,
-        closed: float,
-        gaze_deg: float,
-        head_deg: float,
-        min_frames: int,
-    ):
-        self.models, self.labels, self.side = models, labels, side
-        self.limits = {"closed": closed, "gaze_deg": gaze_deg, "head_deg": head_deg}
-        self.min_frames = min_frames
-
-    def clusters(self, motion: pd.DataFrame) -> dict[str, pd.DataFrame]:
-        """The `clusters` table of each region for motion, rows sorted by clip_id and frame."""
-        found = {}
-        for region, ticc in self.models.items():
-            channels = list(series_channels(region, self.side))
-            measured = motion["valid"] & motion[channels].notna().all(axis=1)
-            if not measured.any():
-                continue
-            frames, lengths = sequences(motion.loc[measured, ["clip_id", "frame", *channels]])
-            labels, margins = ticc.decode(frames[channels].to_numpy("float64"), lengths)
-            found[region] = frames[["clip_id", "frame"]].assign(cluster=labels, margin=margins)
-        return found
-
-    def frames(self, motion: pd.DataFrame) -> pd.DataFrame:
-        """The `frames` table of motion, rows sorted by clip_id and frame."""
-        clusters = self.clusters(motion)
-        return annotate_frames(motion, clusters, self.labels, self.min_frames, **self.limits)
 
 
 def annotate(
@@ -77,15 +34,15 @@ def annotate(
 ) -> None:
     """Write the timelines of a shard: `intervals` and `frames`.
 
-    clips: the clips to annotate; clusters: by region, of all shards. The rest: `annotate_frames`.
+    clips: the clips to annotate; clusters: by region, of all shards. The rest: see `Limits`.
     """
     kept = tables.read(tables.CLIPS, clips, ["clip_id"])["clip_id"]
     moving = tables.read(tables.MOTION, motion)
     moving = moving[moving["clip_id"].isin(kept)].reset_index(drop=True)
     assigned = {region: tables.read(tables.CLUSTERS, path) for region, path in clusters.items()}
     named = tables.read(tables.LABELS, labels)
-    limits = {"closed": closed, "gaze_deg": gaze_deg, "head_deg": head_deg}
-    marked = annotate_frames(moving, assigned, named, min_frames, **limits)
+    limits = Limits(closed, gaze_deg, head_deg, min_frames)
+    marked = annotate_frames(moving, assigned, named, limits)
     found = intervals_of(marked, assigned)
     reason = "" if len(marked) else "no clip came through"
     tables.write(tables.FRAMES, marked, frames, reason)
@@ -99,22 +56,17 @@ def annotate_frames(
     motion: pd.DataFrame,
     clusters: dict[str, pd.DataFrame],
     labels: pd.DataFrame,
-    min_frames: int,
-    closed: float,
-    gaze_deg: float,
-    head_deg: float,
+    limits: Limits,
 ) -> pd.DataFrame:
     """The 16 actions at each frame, pd.NA where a track's channels were not measured.
 
     Frames that are not valid are pd.NA throughout.
 
     motion: the `motion` table, sorted by clip and frame. clusters: by region, the `clusters` table;
-    labels: their names. min_frames: shorter intervals become neutral. The rest: limits of
-    `threshold_actions`.
+    labels: their names.
     """
     keys = motion[["clip_id", "frame"]].reset_index(drop=True)
-    limits = {"closed": closed, "gaze_deg": gaze_deg, "head_deg": head_deg}
-    actions = threshold_actions(motion.reset_index(drop=True), **limits)
+    actions = threshold_actions(motion.reset_index(drop=True), limits)
     actions[~motion["valid"].to_numpy(bool)] = pd.NA
     for region in SERIES_TRACK:
         names = labels.loc[labels["region"] == region].set_index("cluster")["action"]
@@ -125,7 +77,7 @@ def annotate_frames(
         for name in series_actions(region):
             actions[name] = (action == name).astype("boolean").mask(unknown)
     marked = pd.concat([keys, actions], axis=1)[tables.FRAMES.schema.names]
-    return _without_short(marked, min_frames) if min_frames > 1 else marked
+    return _without_short(marked, limits.min_frames) if limits.min_frames > 1 else marked
 
 
 def intervals_of(frames: pd.DataFrame, clusters: dict[str, pd.DataFrame]) -> pd.DataFrame:
@@ -206,8 +158,3 @@ def _without_short(frames: pd.DataFrame, min_frames: int) -> pd.DataFrame:
         for action, same in short.groupby("action"):
             frames.iloc[_rows(same)[0], frames.columns.get_loc(action)] = False
     return frames
-
-
-def read_models(folders: dict[str, Path]) -> dict[str, TICC]:
-    """The fitted models by region; a region that could not be segmented is absent."""
-    return {r: TICC.load(folder) for r, folder in folders.items() if any(Path(folder).iterdir())}

@@ -11,9 +11,9 @@ from mimeline import tables
 from mimeline.annotation.exemplars import choose
 from mimeline.annotation.exemplars import table as exemplar_rows
 from mimeline.annotation.proposals import propose, read_proposals
+from mimeline.annotation.region_model import RegionModel
 from mimeline.annotation.series import sequences
 from mimeline.errors import BadLabels
-from mimeline.ticc import TICC
 from mimeline.vocabulary import NEUTRAL, series_actions, series_channels
 
 log = logging.getLogger(__name__)
@@ -47,7 +47,6 @@ def label(
     """
     given = read_labels(file) if file else {}
     rules = read_proposals(proposals)
-    rng = np.random.default_rng(seed)
     rows, shown, written = [], [], {}
     if unknown := sorted(set(given) - set(series), key=str):
         raise BadLabels(
@@ -56,7 +55,7 @@ def label(
             expected=f"one of {', '.join(series)}",
             remedy="Correct the region's name.",
         )
-    for region in series:
+    for number, region in enumerate(series):
         assigned = tables.read(tables.CLUSTERS, clusters[region])
         if assigned.empty:
             if region in given:
@@ -66,7 +65,7 @@ def label(
         values = frames[list(series_channels(region, side))].to_numpy("float64")
         assigned = assigned.merge(frames[["clip_id", "frame"]], how="right")  # in series order
         ids = assigned["cluster"].to_numpy("int64")
-        fingerprint = TICC.load(models[region]).fingerprint()
+        fingerprint = RegionModel.load(models[region]).fingerprint()
         proposed = propose(region, values, ids, rules)
         human = {}
         if region in given:
@@ -85,6 +84,7 @@ def label(
                 }
             )
         written[region] = {"model": fingerprint, "clusters": _yaml_names(rows, region)}
+        rng = np.random.default_rng([seed, number])  # one region's refit keeps the others' choice
         shown.append(exemplar_rows(region, choose(assigned, values, n_random, rng)))
         named_by = "a person" if human else "the rule"
         log.info("%s: %d clusters, named by %s", region, len(proposed), named_by)

@@ -55,17 +55,23 @@ def macro_f1(confusion: np.ndarray) -> np.ndarray:
 def bootstrap(
     counts: dict[str, np.ndarray], resamples: int, rng: np.random.Generator
 ) -> dict[str, tuple[float, float, float]]:
-    """Macro-F1 of each region with its 95 % interval over clips: region → (value, low, high).
+    """Macro-F1 of each region and their "mean", each with its 95 % interval over clips.
 
-    Resamples whose clips have no frame of a region do not count for it.
+    counts: of `confusions`. Returns region → (value, low, high); resamples whose clips have no
+    frame of a region do not count for it. Empty where nothing is measured.
     """
     clips = max((len(c) for c in counts.values()), default=0)
-    weights = rng.multinomial(clips, np.full(clips, 1 / clips), size=resamples) if clips else []
-    value = _region_means({track: c.sum(axis=0) for track, c in counts.items()})
-    drawn = _region_means({t: np.einsum("rn,nij->rij", weights, c) for t, c in counts.items()})
+    if not clips:
+        return {}
+    drawn = rng.multinomial(clips, np.full(clips, 1 / clips), size=resamples)
+    weights = np.concatenate([np.ones((1, clips), drawn.dtype), drawn])  # (1 + resamples, clips)
+    draws = _region_means({t: np.einsum("rn,nij->rij", weights, c) for t, c in counts.items()})
+    regions = np.array(list(draws.values()))  # (regions, 1 + resamples)
+    known = np.maximum(np.isfinite(regions).sum(axis=0), np.finfo(float).tiny)
+    draws["mean"] = np.where(known < 1, np.nan, np.nansum(regions, axis=0) / known)
     return {
-        region: (float(value[region]), *(float(q) for q in np.nanquantile(draws, [0.025, 0.975])))
-        for region, draws in drawn.items()
+        region: (float(f1[0]), *(float(q) for q in np.nanquantile(f1[1:], [0.025, 0.975])))
+        for region, f1 in draws.items()
     }
 
 

@@ -4,8 +4,10 @@ import logging
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from mimeline import tables
+from mimeline.annotation.region_model import RegionModel
 from mimeline.annotation.series import sequences
 from mimeline.ticc import TICC
 from mimeline.vocabulary import series_channels
@@ -13,7 +15,7 @@ from mimeline.vocabulary import series_channels
 log = logging.getLogger(__name__)
 
 LEAST_WINDOWS = 10  # per cluster and frame of a window: fewer say nothing of a covariance
-STILL = 1e-6  # a channel whose deviation is less never moves
+DEAD = 0.02  # range of a coefficient that the tracker does not move: what is left is jitter
 
 
 def segment(
@@ -31,43 +33,38 @@ def segment(
 ) -> None:
     """Fit TICC on the series (Ma et al. 2025, 3.1) and label every frame.
 
-    model: folder for the fitted model; with too little data, or a channel that never moves, it
-    stays empty and the clusters table tells why. The other keys are TICC's.
+    model: folder for the fitted model; with too little data, or where no channel moves, it stays
+    empty and the clusters table tells why. Channels that the tracker does not move are left out:
+    brought to unit variance, their jitter would weigh as much as motion. The other keys are TICC's.
     """
-    table = tables.read(tables.SERIES[region, side], series)
-    frames, lengths = sequences(table)
-    channels = list(series_channels(region, side))
+    frames, lengths = sequences(tables.read(tables.SERIES[region, side], series))
+    span = frames[list(series_channels(region, side))].agg(np.ptp) if len(frames) else pd.Series()
+    dead, channels = list(span.index[span < DEAD]), list(span.index[span >= DEAD])
     model.mkdir(parents=True, exist_ok=True)
-    X = frames[channels].to_numpy("float64")
-    reason = tables.reason(series) or _unfit(X, lengths, channels, n_clusters, window)
+    windows = int(np.maximum(lengths - window + 1, 0).sum())
+    needed = n_clusters * window * LEAST_WINDOWS
+    reason = tables.reason(series)
+    if not reason and windows < needed:
+        counted = f"{windows} windows of {window} frames"
+        reason = f"{counted} are too few for {n_clusters} clusters: {needed} are needed"
+    if not reason and not channels:
+        reason = f"never moves: {', '.join(dead)}"
     if reason:
         log.info("%s is not segmented: %s", region, reason)
         tables.write(tables.CLUSTERS, tables.empty(tables.CLUSTERS), clusters, reason)
         return
+    if dead:
+        log.warning("%s: left out, since it never moves: %s", region, ", ".join(dead))
     ticc = TICC(n_clusters, window, beta, sparsity, max_iter, seed)
-    ticc.fit(X, lengths)
-    labels, margins = ticc.decode(X, lengths)
-    ticc.save(model)
-    rows = frames[["clip_id", "frame"]].assign(cluster=labels, margin=margins)
-    tables.write(tables.CLUSTERS, rows, clusters)
+    ticc.fit(frames[channels].to_numpy("float64"), lengths)
+    fitted = RegionModel(ticc, tuple(channels))
+    fitted.save(model)
+    tables.write(tables.CLUSTERS, fitted.decode(frames), clusters)
     log.info(
         "%s: %d frames in %d clusters after %d iterations, objective %.1f",
         region,
-        len(rows),
+        len(frames),
         n_clusters,
         ticc.n_iter_,
         ticc.objective_,
     )
-
-
-def _unfit(
-    X: np.ndarray, lengths: np.ndarray, channels: list[str], n_clusters: int, window: int
-) -> str:
-    """Why nothing can be learnt from X (T, n), sequences of lengths (S,); empty where it can."""
-    windows = int(np.maximum(lengths - window + 1, 0).sum())
-    needed = n_clusters * window * LEAST_WINDOWS
-    if windows < needed:
-        counted = f"{windows} windows of {window} frames"
-        return f"{counted} are too few for {n_clusters} clusters: {needed} are needed"
-    still = [name for name, std in zip(channels, X.std(axis=0), strict=True) if std < STILL]
-    return f"never moves: {', '.join(still)}" if still else ""

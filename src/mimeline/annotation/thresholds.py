@@ -1,22 +1,32 @@
 """Actions that a limit decides: closed eyes, gaze and head (Ma et al. 2025, 3.1)."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pandas as pd
 
 
-def threshold_actions(
-    motion: pd.DataFrame, closed: float, gaze_deg: float, head_deg: float
-) -> pd.DataFrame:
+@dataclass(frozen=True)
+class Limits:
+    """closed: eyeBlink, mean of both eyes, from which they are closed. gaze_deg, head_deg: degrees
+    from which an angle counts. min_frames: shorter intervals, of any track, become neutral."""
+
+    closed: float
+    gaze_deg: float
+    head_deg: float
+    min_frames: int
+
+
+def threshold_actions(motion: pd.DataFrame, limits: Limits) -> pd.DataFrame:
     """The nine actions of closure, gaze and head at each frame; pd.NA where not measured.
 
-    motion: columns of the `motion` table. closed: eyeBlink, mean of both eyes, from which they are
-    closed. gaze_deg, head_deg: degrees from which an angle counts.
+    motion: columns of the `motion` table.
     """
     blink = motion[["eyeBlinkLeft", "eyeBlinkRight"]].mean(axis=1, skipna=False)
-    gaze, head = np.radians(gaze_deg), np.radians(head_deg)
+    gaze, head = np.radians(limits.gaze_deg), np.radians(limits.head_deg)
     return pd.DataFrame(
         {
-            "EyeClose": _at_least(blink, closed),
+            "EyeClose": _at_least(blink, limits.closed),
             "GazeLeft": _at_least(motion["gaze_left"], gaze),
             "GazeRight": _at_least(-motion["gaze_left"], gaze),
             "GazeUp": _at_least(motion["gaze_up"], gaze),

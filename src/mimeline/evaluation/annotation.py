@@ -12,6 +12,7 @@ from mimeline import tables
 from mimeline.annotation.annotate import annotate_frames, track_codes
 from mimeline.annotation.scores import REGION_TRACKS, bootstrap, confusions
 from mimeline.annotation.series import sequences
+from mimeline.annotation.thresholds import Limits
 from mimeline.vocabulary import NEUTRAL, SERIES_TRACK, series_channels, track_actions
 
 log = logging.getLogger(__name__)
@@ -35,7 +36,8 @@ def evaluate_annotation(
 
     Variants: "named" is what annotate wrote; "oracle" gives each cluster the name that most of its
     frames have in truth, the best that these clusters allow; "gmm" does so for a Gaussian mixture
-    on single frames, whose intervals may be as short as they come. truth: folder with frames.parquet, or None: then the table is empty.
+    on single frames, whose intervals may be as short as they come. truth: folder with
+    frames.parquet, or None: then the table is empty.
     """
     if truth is None:
         reason = "no truth is known for these recordings"
@@ -61,16 +63,17 @@ def evaluate_annotation(
     for name, assigned in (("oracle", ticc), ("gmm", mixture)):
         names = [oracle(true, rows, region) for region, rows in assigned.items()]
         labels = pd.concat(names) if names else tables.empty(tables.LABELS)
-        limits = annotate if name == "oracle" else annotate | {"min_frames": 1}
-        variants[name] = annotate_frames(motion, assigned, labels, **limits)
+        limits = Limits(**annotate if name == "oracle" else annotate | {"min_frames": 1})
+        variants[name] = annotate_frames(motion, assigned, labels, limits)
 
     rng = np.random.default_rng(seed)
     rows = []
     for variant, predicted in variants.items():
         counts = confusions(true, predicted)
         scored = bootstrap(counts, resamples, rng)
+        scored.pop("mean", None)  # the paper scores regions apart
         for region, (value, low, high) in scored.items():
-            n = int(sum(c.sum() for t, c in counts.items() if t in REGION_TRACKS[region]))
+            n = max(int(c.sum()) for t, c in counts.items() if t in REGION_TRACKS[region])
             rows.append(("annotation", variant, "all", f"f1_{region}", value, low, high, n, seed))
         log.info("%s: %s", variant, ", ".join(f"{r} {v:.3f}" for r, (v, _, _) in scored.items()))
     table = pd.DataFrame(rows, columns=tables.METRICS.schema.names)

@@ -10,8 +10,10 @@ import pandas as pd
 import torch
 
 from mimeline import tables
-from mimeline.annotation.annotate import Annotator, read_models
-from mimeline.annotation.scores import REGION_TRACKS, confusions, macro_f1
+from mimeline.annotation.annotator import Annotator
+from mimeline.annotation.region_model import read_models
+from mimeline.annotation.scores import bootstrap, confusions
+from mimeline.annotation.thresholds import Limits
 from mimeline.dataset.windows import UNKNOWN, timelines
 from mimeline.evaluation.frechet import differences, motion_distances
 from mimeline.generation.timeline import generate
@@ -34,7 +36,6 @@ def evaluate_timeline(
     metrics: str | Path,
     generated: str | Path,
     annotate: Mapping[str, Any],
-    side: str,
     resamples: int,
     options: Mapping[str, Any],
     threads: int = 1,
@@ -72,9 +73,8 @@ def evaluate_timeline(
     }
     real = clip_values(motion, ids, channels)
     elsewhere = clip_values(motion, others, channels)
-    annotator = Annotator(
-        read_models(segment_models), tables.read(tables.LABELS, labels), side, **annotate
-    )
+    named = tables.read(tables.LABELS, labels)
+    annotator = Annotator(read_models(segment_models), named, Limits(**annotate))
     rows: list[tuple] = []
 
     def note(variant: str, values: Mapping[str, tuple | float]) -> None:
@@ -158,26 +158,8 @@ def alignment(
 
     truth, annotated: `frames` tables. The resampled clips are the same for every region.
     """
-    counts = confusions(truth, annotated)  # track → (clips, C, C)
-    clips = max((len(c) for c in counts.values()), default=0)
-    if not clips:
-        return {}
-    drawn = rng.multinomial(clips, np.full(clips, 1 / clips), size=resamples)
-    weights = np.concatenate([np.ones((1, clips), drawn.dtype), drawn])  # (1 + resamples, clips)
-    regions = {}
-    for region, tracks in REGION_TRACKS.items():
-        own = [
-            macro_f1(np.einsum("rn,nij->rij", weights, counts[track]))
-            for track in tracks
-            if track in counts
-        ]
-        if own:
-            regions[f"tas_{region}"] = np.mean(own, axis=0)  # (1 + resamples,)
-    regions = {"tas": np.mean(list(regions.values()), axis=0), **regions}
-    return {
-        name: (float(f1[0]), *(float(q) for q in np.quantile(f1[1:], [0.025, 0.975])))
-        for name, f1 in regions.items()
-    }
+    scores = bootstrap(confusions(truth, annotated), resamples, rng)
+    return {"tas" if name == "mean" else f"tas_{name}": score for name, score in scores.items()}
 
 
 def liveliness(clips: Sequence[np.ndarray]) -> dict[str, float]:

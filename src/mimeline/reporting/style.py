@@ -37,7 +37,7 @@ _PAGE: dict[str, tuple[str, str]] = {
     "line-a": ("#22211e", "#f0ede6"),
     "line-b": ("#c2572f", "#ee9468"),
     "line-c": ("#3c7a96", "#79b7d2"),
-    "real": ("#a39e93", "#73726f"),
+    "real": ("#989388", "#8b8a86"),
 }
 _DARK_TEXT, _LIGHT_TEXT = "#1d1c1a", "#ffffff"
 

@@ -41,6 +41,7 @@ def figures(
         if told is not None:
             empty = model.tas.get("empty")
             context = "" if empty is None else f"{words.score(empty)} when told nothing happens"
+            context += "; partly on training clips" if model.seen else ""
             shown.append(Figure(words.score(told), f"alignment of the {model.name} model", context))
     return shown
 

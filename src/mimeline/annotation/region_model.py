@@ -1,0 +1,68 @@
+"""A region's fitted TICC together with the channels that it takes, by name."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from mimeline.annotation.series import sequences
+from mimeline.errors import BadFile
+from mimeline.ticc import TICC
+
+CHANNELS_FILE = "channels.json"
+
+
+@dataclass(frozen=True)
+class RegionModel:
+    """ticc: fitted on the columns `channels`, in that order."""
+
+    ticc: TICC
+    channels: tuple[str, ...]
+
+    def decode(self, frames: pd.DataFrame) -> pd.DataFrame:
+        """The `clusters` table of frames.
+
+        frames: clip_id, frame and the channels, sorted; rows where a channel is missing are left
+        out. A sequence ends where the clip or the count of frames breaks.
+        """
+        channels = list(self.channels)
+        measured = frames.loc[frames[channels].notna().all(axis=1), ["clip_id", "frame", *channels]]
+        points, lengths = sequences(measured)
+        if points.empty:
+            return points[["clip_id", "frame"]].assign(cluster=0, margin=0.0)
+        labels, margins = self.ticc.decode(points[channels].to_numpy("float64"), lengths)
+        return points[["clip_id", "frame"]].assign(
+            cluster=labels.astype("int64"), margin=margins.astype(np.float32)
+        )
+
+    def fingerprint(self) -> str:
+        """What a label file calls this model."""
+        return self.ticc.fingerprint()
+
+    def save(self, folder: Path) -> None:
+        """Write the model into a folder."""
+        self.ticc.save(folder)
+        names = json.dumps(list(self.channels), indent=2)
+        (Path(folder) / CHANNELS_FILE).write_text(names + "\n", encoding="utf-8")
+
+    @classmethod
+    def load(cls, folder: Path) -> "RegionModel":
+        """The model that `save` wrote. Raises BadFile where the folder holds none."""
+        try:
+            channels = json.loads((Path(folder) / CHANNELS_FILE).read_text(encoding="utf-8"))
+            return cls(TICC.load(folder), tuple(channels))
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            raise BadFile(
+                folder,
+                found=str(error),
+                expected="a fitted model",
+                remedy="Delete the folder and run segment again.",
+            ) from error
+
+
+def read_models(folders: Mapping[str, Path]) -> dict[str, RegionModel]:
+    """The fitted models by region; a region that could not be segmented is absent."""
+    return {r: RegionModel.load(f) for r, f in folders.items() if any(Path(f).iterdir())}
