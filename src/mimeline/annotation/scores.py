@@ -55,7 +55,7 @@ def macro_f1(confusion: np.ndarray) -> np.ndarray:
 def bootstrap(
     counts: dict[str, np.ndarray], resamples: int, rng: np.random.Generator
 ) -> dict[str, tuple[float, float, float]]:
-    """Macro-F1 of each region and their "mean", each with its 95 % interval over clips.
+    """The "mean" of the regions' macro-F1 and each region's, with 95 % intervals over clips.
 
     counts: of `confusions`. Returns region → (value, low, high); resamples whose clips have no
     frame of a region do not count for it. Empty where nothing is measured.
@@ -68,10 +68,10 @@ def bootstrap(
     draws = _region_means({t: np.einsum("rn,nij->rij", weights, c) for t, c in counts.items()})
     regions = np.array(list(draws.values()))  # (regions, 1 + resamples)
     known = np.maximum(np.isfinite(regions).sum(axis=0), np.finfo(float).tiny)
-    draws["mean"] = np.where(known < 1, np.nan, np.nansum(regions, axis=0) / known)
+    mean = np.where(known < 1, np.nan, np.nansum(regions, axis=0) / known)
     return {
         region: (float(f1[0]), *(float(q) for q in np.nanquantile(f1[1:], [0.025, 0.975])))
-        for region, f1 in draws.items()
+        for region, f1 in {"mean": mean, **draws}.items()
     }
 
 
