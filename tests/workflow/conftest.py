@@ -54,6 +54,7 @@ class Workflow:
 
 def copy_checkout(root: Path) -> Workflow:
     """Copy what the workflow needs; a change in the copy touches nothing else."""
+    root.mkdir(exist_ok=True)
     for name in PARTS:
         source = CHECKOUT / name
         if source.is_dir():
