@@ -12,6 +12,11 @@ configfile: "config/config.yaml"
 config.update(settle_config(config))
 
 
+pathvars:
+    logs="<results>/logs",
+    benchmarks="<results>/benchmarks",
+
+
 container: "docker://python:3.12-slim"
 
 

@@ -223,7 +223,7 @@ class Config(Section):
         2, description="parts that the clips are worked on in"
     )
     pathvars: dict[str, str] = Field(
-        {}, description="where results, logs and benchmarks go: {results: results-mine, ...}"
+        {}, description="where the results go: {results: results-mine}; logs and benchmarks within"
     )
     toy: Toy = Toy()
     catalogue: Catalogue = Catalogue()
@@ -291,7 +291,10 @@ def _expected(problem: dict[str, Any], key: str) -> str:
 
 def default_yaml() -> str:
     """The commented default configuration."""
-    lines = ["# Written from the models in src/mimeline/config.py by `mimeline config`."]
+    lines = [
+        "# yaml-language-server: $schema=config.schema.json",
+        "# Written from the models in src/mimeline/config.py by `mimeline config`.",
+    ]
     for name, field in Config.model_fields.items():
         value = field.get_default()
         if isinstance(value, Section):
