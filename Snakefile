@@ -1,7 +1,13 @@
 from snakemake.utils import min_version
 
 from mimeline.vocabulary import SERIES_REGIONS, resource
-from mimeline.workflow import chosen, code_digest, listing, settle_config, tracker_of_takes
+from mimeline.workflow import (
+    chosen,
+    code_digest,
+    listing,
+    settle_config,
+    tracker_of_takes,
+)
 
 min_version("9.20")
 

@@ -46,7 +46,9 @@ rule segment:
 rule label:
     input:
         series=expand("<results>/series/{region}.parquet", region=SERIES_REGIONS),
-        clusters=expand("<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS),
+        clusters=expand(
+            "<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS
+        ),
         models=expand("<results>/segment/{region}/model", region=SERIES_REGIONS),
         proposals=resource("proposals.csv"),
         file=config["label"]["file"] or [],
@@ -75,7 +77,9 @@ rule annotate:
     input:
         clips="<results>/pose/{shard}/clips.parquet",
         motion="<results>/ingest/{shard}/motion.parquet",
-        clusters=expand("<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS),
+        clusters=expand(
+            "<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS
+        ),
         labels="<results>/label/labels.parquet",
     output:
         intervals="<results>/annotate/{shard}/intervals.parquet",
@@ -102,7 +106,9 @@ rule evaluate_annotation:
         motions=expand("<results>/ingest/{shard}/motion.parquet", shard=SHARDS),
         frames=expand("<results>/annotate/{shard}/frames.parquet", shard=SHARDS),
         series=expand("<results>/series/{region}.parquet", region=SERIES_REGIONS),
-        clusters=expand("<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS),
+        clusters=expand(
+            "<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS
+        ),
         truth=config["evaluate"]["truth"] or ("<results>/toy/truth" if TOY else []),
     output:
         metrics="<results>/evaluate/annotation/metrics.parquet",

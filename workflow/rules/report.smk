@@ -12,7 +12,9 @@ rule report:
         clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
         motions=expand("<results>/ingest/{shard}/motion.parquet", shard=SHARDS),
         series=expand("<results>/series/{region}.parquet", region=SERIES_REGIONS),
-        clusters=expand("<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS),
+        clusters=expand(
+            "<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS
+        ),
         labels="<results>/label/labels.parquet",
         exemplars="<results>/label/exemplars.parquet",
         intervals=expand("<results>/annotate/{shard}/intervals.parquet", shard=SHARDS),
@@ -20,12 +22,16 @@ rule report:
         split="<results>/split/split.parquet",
         statistics="<results>/split/statistics.parquet",
         annotation_metrics="<results>/evaluate/annotation/metrics.parquet",
-        checkpoints=expand("<results>/train/{model}/checkpoint", model=config["train"]["models"]),
+        checkpoints=expand(
+            "<results>/train/{model}/checkpoint", model=config["train"]["models"]
+        ),
         metrics=expand(
-            "<results>/evaluate/{model}/metrics.parquet", model=config["train"]["models"]
+            "<results>/evaluate/{model}/metrics.parquet",
+            model=config["train"]["models"],
         ),
         generated=expand(
-            "<results>/evaluate/{model}/generated.parquet", model=config["train"]["models"]
+            "<results>/evaluate/{model}/generated.parquet",
+            model=config["train"]["models"],
         ),
         truth=config["evaluate"]["truth"] or ("<results>/toy/truth" if TOY else []),
     output:
