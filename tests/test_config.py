@@ -61,16 +61,29 @@ def test_the_examples_are_valid_and_have_a_results_folder_of_their_own(example):
         ({"select": {"mins": 3}}, "key select.mins: found an unknown key, expected one of min_s,"),
         ({"select": {"min_s": "five"}}, "key select.min_s: found 'five', expected a valid number"),
         ({"select": {"min_s": 20}}, "expected select.min_s to be at most select.max_s"),
-        ({"ingest": {"livelink": {"fps": "fast"}}}, "key ingest.livelink.fps: found 'fast'"),
+        ({"ingest": {"livelink": {"fps": 29.97}}}, "expected a rate like 30 or 30000/1001"),
         ({"split": {"val": 0.5, "test": 0.5}}, "to be below 1"),
     ],
 )
 def test_a_mistake_is_told_in_one_line_with_its_key(values, message):
-    with pytest.raises(BadConfig) as caught:
+    with pytest.raises(ExceptionGroup) as caught:
         validate(values, "my.yaml")
-    assert message in str(caught.value)
-    assert str(caught.value).startswith("my.yaml")
-    assert "\n" not in str(caught.value)
+    (problem,) = caught.value.exceptions
+    assert isinstance(problem, BadConfig)
+    assert message in str(problem)
+    assert str(problem).startswith("my.yaml")
+    assert "\n" not in str(problem)
+
+
+def test_every_mistake_is_told():
+    with pytest.raises(ExceptionGroup) as caught:
+        validate({"select": {"mins": 3}, "shards": "many", "segment": {"brow": {"beta": "inf"}}})
+    found = {str(problem).split(":")[0] for problem in caught.value.exceptions}
+    assert found == {
+        "config, key select.mins",
+        "config, key shards",
+        "config, key segment.brow.beta",
+    }
 
 
 def test_numbers_given_as_text_on_the_command_line_become_numbers():

@@ -106,3 +106,20 @@ def test_a_file_that_is_no_parquet_says_what_to_do(tmp_path):
     (tmp_path / "t.parquet").write_text("no table")
     with pytest.raises(BadFile, match="run its stage again"):
         tables.read(tables.SPLIT, tmp_path / "t.parquet")
+
+
+def test_a_table_of_other_types_or_with_a_row_twice_is_refused(tmp_path):
+    path = tmp_path / "t.parquet"
+    rows = pd.DataFrame({"clip_id": ["a", "a"], "frame": [0, 0], "cluster": 0, "margin": 0.0})
+    with pytest.raises(BadFile):
+        tables.write(tables.CLUSTERS, rows, path)
+    rows.assign(frame=[0, 1], cluster="first").to_parquet(path)
+    with pytest.raises(BadFile, match="columns of the declared types"):
+        tables.read(tables.CLUSTERS, path)
+
+
+def test_a_table_that_a_person_made_needs_the_columns_and_not_the_exact_types(tmp_path):
+    path = tmp_path / "t.parquet"
+    rows = pd.DataFrame({"clip_id": ["a"], "frame": [0], "cluster": [3.0], "margin": [1]})
+    rows.to_parquet(path)
+    assert tables.read(tables.CLUSTERS, path)["cluster"].tolist() == [3]

@@ -21,7 +21,9 @@ Rate = Annotated[str, Field(pattern=r"^[1-9]\d*(/[1-9]\d*)?$")]
 
 
 class Section(BaseModel):
-    model_config = ConfigDict(extra="forbid", coerce_numbers_to_str=True)
+    model_config = ConfigDict(
+        extra="forbid", coerce_numbers_to_str=True, allow_inf_nan=False, str_min_length=1
+    )
 
 
 class Toy(Section):
@@ -37,15 +39,20 @@ class CelebvText(Section):
 
     info: str = Field("celebvtext_info.json", description="clips: file under data_dir")
     annotations: str | None = Field(
-        "annotations.json", description="actions and texts: file under data_dir, or null"
+        "annotations.json", description="actions: file under data_dir, or null"
     )
 
 
 class Files(Section):
-    """Every file of a folder is a take."""
+    """Every file of the tracker's folder is a take."""
 
-    pattern: str = Field("*.csv", description="which files are takes, under data_dir")
+    pattern: Annotated[str, Field(pattern=r"^[^/]+$")] = Field(
+        "*.csv", description="which files of the tracker's folder are takes"
+    )
     exclude: list[str] = Field([], description="file names to leave out (tables of attributes)")
+    subject: str | None = Field(
+        None, description="the person of all takes; null: nobody is known, each take stands alone"
+    )
 
 
 class Catalogue(Section):
@@ -86,6 +93,7 @@ class PyFeat(Section):
 
     folder: str = Field(".", description="where the CSV files lie, under data_dir")
     fps: Rate = Field("25", description="frames per second of the videos that were analysed")
+    stride: Count = Field(1, description="every n-th frame of the videos was analysed")
 
 
 class Ingest(Section):
@@ -259,28 +267,30 @@ assert set(SERIES_REGIONS) == set(Segment.model_fields)
 def validate(values: dict[str, Any], file: str = "config") -> dict[str, Any]:
     """The configuration, checked and complete: every key present, text numbers made numbers.
 
-    Raises BadConfig that names the first bad key; later ones are counted.
+    Raises an ExceptionGroup of BadConfig, one for each mistake.
     """
     try:
         return Config.model_validate(values).model_dump(mode="json")
     except ValidationError as error:
-        problems = error.errors(include_url=False)
-        first = problems[0]
-        key = ".".join(str(part) for part in first["loc"])
-        more = f" ({len(problems) - 1} more)" if len(problems) > 1 else ""
-        found = "an unknown key" if first["type"] == "extra_forbidden" else repr(first["input"])
-        if not key:
-            found = "values that do not agree"
-        raise BadConfig(
-            file,
-            place=f"key {key}" if key else "",
-            found=found,
-            expected=_expected(first, key),
-            remedy=f"config/README.md explains every key{more}.",
-        ) from None
+        problems = [_problem(problem, file) for problem in error.errors(include_url=False)]
+        raise ExceptionGroup("the configuration cannot be used", problems) from None
+
+
+def _problem(problem: dict[str, Any], file: str) -> BadConfig:
+    key = ".".join(str(part) for part in problem["loc"])
+    found = "an unknown key" if problem["type"] == "extra_forbidden" else repr(problem["input"])
+    return BadConfig(
+        file,
+        place=f"key {key}" if key else "",
+        found=found if key else "values that do not agree",
+        expected=_expected(problem, key),
+        remedy="config/README.md explains every key.",
+    )
 
 
 def _expected(problem: dict[str, Any], key: str) -> str:
+    if problem["type"] == "string_pattern_mismatch" and key.endswith("fps"):
+        return "a rate like 30 or 30000/1001"
     if problem["type"] != "extra_forbidden":
         return problem["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
     section: Any = Config

@@ -38,7 +38,7 @@ class Ledger:
     def _decide(self, clip_id: str, status: str, rule: str, facts: dict) -> None:
         if clip_id not in self.rows:
             raise AssertionError(f"{self.stage} decides on {clip_id}, which never came in")
-        if self.rows[clip_id]["status"] != "kept":
+        if self.rows[clip_id]["rule"] is not None:
             raise AssertionError(f"{self.stage} decides twice on {clip_id}")
         self.rows[clip_id] = self._row(clip_id, status, rule=rule, **facts)
 

@@ -38,14 +38,17 @@ class Table:
     order: tuple[str, ...]
 
 
-def _table(name: str, columns: dict, order: Sequence[str], frame_checks=None) -> Table:
-    """columns: name → (pyarrow type, nullable, pandera checks)."""
+def _table(
+    name: str, columns: dict, order: Sequence[str], frame_checks=None, key: Sequence[str] = ()
+) -> Table:
+    """columns: name → (pyarrow type, nullable, pandera checks). key: no two rows share these."""
     schema = pa.schema([pa.field(n, t, nullable=null) for n, (t, null, _) in columns.items()])
     checks = pandera.DataFrameSchema(
         {n: pandera.Column(checks=c, nullable=null) for n, (_, null, c) in columns.items()},
         checks=frame_checks,
         strict=True,
         ordered=True,
+        unique=list(key) or None,
     )
     return Table(name, schema, checks, tuple(order))
 
@@ -95,6 +98,7 @@ CLIPS = _table(
         "shard": _COUNT,
     },
     order=["clip_id"],
+    key=["clip_id"],
 )
 
 LEDGER = _table(
@@ -112,6 +116,7 @@ LEDGER = _table(
         "detail": _NAME,
     },
     order=["stage", "clip_id"],
+    key=["stage", "clip_id"],
 )
 
 _EXPRESSION = (pa.float32(), True, [pandera.Check.in_range(-1.0, 2.0)])
@@ -128,6 +133,7 @@ MOTION = _table(
         **{name: _EXPRESSION if name in EXPRESSIONS else _ANGLE for name in CHANNELS},
     },
     order=["clip_id", "frame"],
+    key=["clip_id", "frame"],
 )
 
 
@@ -155,6 +161,7 @@ CLUSTERS = _table(
         "margin": (pa.float32(), False, _at_least(0)),
     },
     order=["clip_id", "frame"],
+    key=["clip_id", "frame"],
 )
 
 EXEMPLARS = _table(
@@ -192,6 +199,7 @@ FRAMES = _table(
     "frames",
     {"clip_id": _TEXT, "frame": _COUNT, **{a: (pa.bool_(), True, None) for a in ACTIONS}},
     order=["clip_id", "frame"],
+    key=["clip_id", "frame"],
 )
 
 LABELS = _table(
@@ -205,6 +213,7 @@ LABELS = _table(
         "share": (pa.float64(), False, [pandera.Check.in_range(0, 1)]),
     },
     order=["region", "cluster"],
+    key=["region", "cluster"],
 )
 
 SPLIT = _table(
@@ -215,6 +224,7 @@ SPLIT = _table(
         "group": _TEXT,
     },
     order=["clip_id"],
+    key=["clip_id"],
 )
 
 STATISTICS = _table(
@@ -332,9 +342,20 @@ def read(table: Table, path: str | Path, columns: Sequence[str] | None = None) -
             expected=f"the columns of table {table.name}",
             remedy="Delete the file and run its stage again.",
         )
+    if columns is not None:
+        return _to_pandas(arrow)
+    try:
+        arrow = arrow.select(table.schema.names).cast(table.schema)
+    except (pa.ArrowException, ValueError) as error:
+        raise BadFile(
+            path,
+            place=f"table {table.name}",
+            found=str(error),
+            expected="columns of the declared types",
+            remedy="Write the file with these types, or run its stage again.",
+        ) from error
     rows = _to_pandas(arrow)
-    if columns is None:
-        _check(table, rows, path)
+    _check(table, rows, path)
     return rows
 
 
@@ -372,7 +393,7 @@ def _check(table: Table, rows: pd.DataFrame, path: str | Path) -> None:
     try:
         table.checks.validate(rows, lazy=True)
     except pandera.errors.SchemaErrors as error:
-        first = error.failure_cases.iloc[0]
+        first = error.failure_cases.iloc[0].fillna("")
         raise BadFile(
             path,
             place=f"table {table.name}, column {first['column']}, row {first['index']}",

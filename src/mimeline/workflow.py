@@ -14,29 +14,39 @@ from types import SimpleNamespace
 from typing import Any
 
 from mimeline.config import validate
-from mimeline.errors import BadFile, MimelineError
+from mimeline.errors import BadConfig, BadFile, MimelineError
 from mimeline.vocabulary import SERIES_REGIONS, resource
 
 PACKAGE = "mimeline"
 
 
 def settle_config(config: dict[str, Any]) -> dict[str, Any]:
-    """The validated, complete configuration; a mistake ends the program with one line.
+    """The validated, complete configuration; each mistake ends the program with one line.
 
-    Also ends it where data_dir is no folder, since nothing could run.
+    So does a file or folder that the configuration names and that is not there.
     """
     try:
         settled = validate(config)
-        data_dir = settled["data_dir"]
-        if data_dir is not None and not Path(data_dir).is_dir():
-            raise BadFile(
-                data_dir,
-                found="no such folder",
-                expected="the folder of the recordings",
-                remedy="Set data_dir to it, or to null for the toy world.",
-            )
-    except MimelineError as error:
-        sys.exit(f"mimeline: {error}")
+    except* BadConfig as group:
+        sys.exit("\n".join(f"mimeline: {problem}" for problem in group.exceptions))
+    named = {
+        "data_dir": settled["data_dir"],
+        "select.exclusions": settled["select"]["exclusions"],
+        "label.file": settled["label"]["file"],
+        "evaluate.truth": settled["evaluate"]["truth"],
+    }
+    absent = [
+        BadFile(
+            path,
+            found="no such file or folder",
+            expected=f"what {key} names",
+            remedy=f"Correct {key}, or set it to null.",
+        )
+        for key, path in named.items()
+        if path is not None and not Path(path).exists()
+    ]
+    if absent:
+        sys.exit("\n".join(f"mimeline: {problem}" for problem in absent))
     return settled
 
 

@@ -66,6 +66,9 @@ def test_ids_that_are_no_plain_file_name_fail_and_a_leading_dash_does_not(run):
         record(start=5, end=5),
         record(start="soon"),
         record(bbox=None),
+        record(ytb_id=5),
+        record(subject=5),
+        record(bbox={"top": 9, "bottom": 3, "left": 0, "right": 700}),
         "no record",
         None,
     ],
@@ -74,6 +77,30 @@ def test_a_record_that_is_none_fails_and_the_rest_goes_on(run, bad):
     clips, ledger = run({"good_0.mp4": record(), "bad_0.mp4": bad})
     assert clips.index.tolist() == ["good_0"]
     assert ledger.loc["bad_0", ["status", "rule"]].tolist() == ["failed", "unreadable"]
+
+
+def test_a_source_that_leads_out_of_the_folder_fails(run):
+    clips, ledger = run({"a_0.mp4": record(source="../secret"), "b_0.mp4": record()})
+    assert clips.index.tolist() == ["b_0"]
+    assert ledger.loc["a_0", "rule"] == "unsafe_id"
+
+
+def test_an_id_that_is_no_unicode_fails_and_can_be_read_about(run):
+    clips, ledger = run('{"a\\ud800.mp4": ' + json.dumps(record()) + "}")
+    assert clips.empty
+    assert ledger.index.tolist() == ["a\\ud800"]
+
+
+def test_a_box_in_shares_may_overshoot_the_picture(run):
+    box = {"top": -0.01, "bottom": 1.02, "left": 0.0, "right": 1.0}
+    clips, _ = run({"a_0.mp4": record(bbox=box)})
+    assert pd.isna(clips.loc["a_0", "width"])
+
+
+@pytest.mark.parametrize("info", [{"clips": [1]}, {"a": record(), "a.mp4": {}}])
+def test_a_catalogue_that_would_lose_a_clip_stops_the_run(run, info):
+    with pytest.raises(BadFile):
+        run(info)
 
 
 @pytest.mark.parametrize("text", ["", "[1, 2]", '{"a": ', '{"a_0.mp4": {}, "a_0.mp4": {}}'])
@@ -107,11 +134,12 @@ def test_files_of_a_folder_are_takes_as_long_as_their_results(tmp_path, real_dat
         "bad_values": "fail",
     }
     out, ledger = tmp_path / "clips.parquet", tmp_path / "ledger.parquet"
-    options = {"pattern": "*.csv", "exclude": []}
+    options = {"pattern": "*.csv", "exclude": [], "subject": "me"}
     catalogue(real_data / "arkit_livelink", [out], ledger, "files", options, 10.0, tracker)
     clips = tables.read(tables.CLIPS, out)
     assert len(clips) == 14
     assert clips["end_s"].max() == pytest.approx(4033 / 30)
+    assert set(clips["subject_id"]) == {"me"}
 
 
 def test_a_real_catalogue_reads_whole(tmp_path, real_data):
@@ -124,9 +152,9 @@ def test_a_real_catalogue_reads_whole(tmp_path, real_data):
 
 
 def test_a_folder_without_takes_or_no_folder_says_so(tmp_path):
-    options = {"pattern": "*.csv", "exclude": []}
+    options = {"pattern": "*.csv", "exclude": [], "subject": "me"}
     out = ([tmp_path / "clips.parquet"], tmp_path / "ledger.parquet")
     with pytest.raises(BadFile, match=r"no file \*.csv"):
-        catalogue(tmp_path, *out, "files", options, None, {})
+        catalogue(tmp_path, *out, "files", options, None, {"options": {"folder": "."}})
     with pytest.raises(BadFile, match="no such folder"):
         catalogue(tmp_path / "nowhere", *out, "files", options, None, {})

@@ -2,8 +2,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from mimeline.clips.pose import mask_turned, read_sixdrepnet
-from mimeline.errors import BadFile, MissingColumn
+from mimeline import tables
+from mimeline.clips.pose import mask_turned, pose
 
 
 def angles(clips: dict[str, list[float]]) -> pd.DataFrame:
@@ -21,31 +21,41 @@ def test_a_turn_to_either_side_is_found_with_its_frames():
     assert np.degrees(turned.loc["left", "value"]) == pytest.approx(40)
 
 
-def test_angles_of_6drepnet_take_the_subjects_left_and_up_as_positive(tmp_path):
-    path = tmp_path / "pose.csv"
-    path.write_text("clip_id,frame,pitch,yaw,roll\n007,0,10,20,30\n")
-    row = read_sixdrepnet(path).iloc[0]
-    assert row["clip_id"] == "007"
-    assert np.degrees(row["head_yaw_left"]) == pytest.approx(-20)
-    assert np.degrees(row["head_pitch_up"]) == pytest.approx(10)
-    assert np.degrees(row["head_tilt_left"]) == pytest.approx(30)
+@pytest.fixture
+def run(tmp_path):
+    def run(poses: list[tuple]):
+        clips = pd.DataFrame([{"clip_id": "a", "n_frames": 100}], columns=tables.CLIPS.schema.names)
+        clips = clips.assign(source_id="s", start_s=0.0, end_s=4.0, shard=0, n_frames=100)
+        clips["actions"], clips["texts"] = [[]], [[]]
+        tables.write(tables.CLIPS, clips.assign(clip_id="a"), tmp_path / "clips.parquet")
+        table = pd.DataFrame(poses, columns=["clip_id", "frame", "pitch", "yaw", "roll"])
+        table.to_csv(tmp_path / "pose.csv", index=False)
+        out = tmp_path / "kept.parquet", tmp_path / "ledger.parquet"
+        paths = tmp_path / "clips.parquet", tmp_path / "motion.parquet", tmp_path
+        pose(*paths, *out, format="sixdrepnet", options={"file": "pose.csv"}, max_yaw_deg=35.0)
+        return tables.read(tables.LEDGER, out[1]).iloc[0]
+
+    return run
 
 
-@pytest.mark.parametrize(
-    ("text", "error", "message"),
-    [
-        ("clip_id,frame,pitch\na,0,1\n", MissingColumn, "yaw, roll"),
-        ("clip_id,frame,pitch,yaw,roll\na,0,1,x,2\n", BadFile, "line 2, column yaw"),
-        ("", BadFile, "pose.csv"),
-    ],
-)
-def test_a_table_that_cannot_be_read_names_the_place(tmp_path, text, error, message):
-    path = tmp_path / "pose.csv"
-    path.write_text(text)
-    with pytest.raises(error, match=message):
-        read_sixdrepnet(path)
+def test_a_turn_outside_of_the_clip_does_not_count_and_the_ledger_says_what_was_seen(run):
+    row = run([("a", frame, 0, 90 if frame >= 100 else 0, 0) for frame in range(50, 150)])
+    assert row["status"] == "kept"
+    assert row["detail"] == "applied to the 50 of 100 frames with a head angle"
 
 
-def test_a_missing_table_names_the_key():
-    with pytest.raises(BadFile, match="pose.sixdrepnet.file"):
-        read_sixdrepnet("nowhere.csv")
+def test_a_clip_without_an_angle_is_kept_with_a_note(run):
+    row = run([("other", 0, 0, 90, 0), ("a", 9000, 0, 90, 0)])
+    assert row["status"] == "kept"
+    assert row["detail"].startswith("not applied")
+
+
+def test_a_clip_that_turns_is_dropped_with_its_frames(run):
+    row = run([("a", frame, 0, -40 if 20 <= frame < 30 else 0, 0) for frame in range(100)])
+    assert row[["status", "rule", "first_frame", "last_frame"]].tolist() == [
+        "dropped",
+        "turned",
+        20,
+        29,
+    ]
+    assert row["value"] == pytest.approx(40)

@@ -65,6 +65,23 @@ def test_a_clip_that_the_tracker_lost_is_dropped_with_its_frames(run, livelink_r
     assert row["value"] == pytest.approx(5 / 9)
 
 
+def test_a_result_longer_than_its_clip_fails(run, livelink_rows, tmp_path):
+    livelink_rows.to_csv(tmp_path / "a.csv", index=False)  # five frames
+    _, kept, ledger = run([clip("a", 0, 2 / 30)])
+    assert kept.empty
+    assert ledger.loc["a", ["status", "rule", "value"]].tolist() == [
+        "failed",
+        "longer_than_clip",
+        5,
+    ]
+
+
+def test_a_part_of_a_take_without_a_frame_is_dropped(run, livelink_rows, tmp_path):
+    livelink_rows.to_csv(tmp_path / "source.csv", index=False)
+    _, _, ledger = run([clip("s_0", 0, 4 / 30), clip("s_1", 1.0, 1.01)], max_missing=0.5)
+    assert ledger["status"].to_dict() == {"s_0": "kept", "s_1": "dropped"}
+
+
 def test_bad_files_fail_and_the_rest_goes_on(run, livelink_rows, tmp_path):
     livelink_rows.to_csv(tmp_path / "good.csv", index=False)
     livelink_rows.to_csv(tmp_path / "headless.csv", index=False, header=False)

@@ -56,6 +56,48 @@ def test_a_head_that_is_zero_throughout_was_not_measured(livelink_rows, tmp_path
     assert motion["gaze_left"].notna().any()
 
 
+def test_a_head_that_is_zero_was_not_measured_in_a_file_cut_off_either(livelink_rows, tmp_path):
+    livelink_rows[["HeadYaw", "HeadPitch", "HeadRoll"]] = 0.0
+    livelink_rows = livelink_rows.astype(object)
+    livelink_rows.iloc[-1, -12:] = ""
+    motion = read(livelink_rows, tmp_path, bad_values="mask").motion
+    assert motion["head_yaw_left"].isna().all()
+    assert motion["gaze_left"].notna().any()
+
+
+def test_a_mirrored_take_swaps_sides_and_negates_yaw_tilt_and_gaze(livelink_rows, tmp_path):
+    def other(name):
+        for here, there in (("Left", "Right"), ("Right", "Left")):
+            if name.endswith(here):
+                return name.removesuffix(here) + there
+            if name.startswith(f"{here}Eye"):
+                return name.replace(here, there)
+        return name
+
+    mirrored = livelink_rows.rename(columns=other)
+    for angle in ("HeadYaw", "HeadRoll", "LeftEyeYaw", "RightEyeYaw"):
+        mirrored[angle] *= -1
+    plain, turned = (read(rows, tmp_path).motion for rows in (livelink_rows, mirrored))
+    for channel in CHANNELS.values():
+        expected = channel.mirror_sign * plain[channel.mirror]
+        np.testing.assert_allclose(turned[channel.name], expected, rtol=1e-6)
+
+
+def test_a_row_that_comes_half_a_frame_early_or_late_is_no_gap(livelink_rows, tmp_path):
+    livelink_rows["Timecode"] = [f"10:00:00:{tick:02d}" for tick in (4, 5, 8, 10)]
+    assert read(livelink_rows, tmp_path).motion["valid"].tolist() == [True] * 4
+
+
+def test_two_spellings_of_one_channel_are_refused(livelink_rows, tmp_path):
+    with pytest.raises(BadFile, match="column eyeBlinkLeft twice"):
+        read(livelink_rows.assign(eyeBlink_L=0.5), tmp_path)
+
+
+def test_a_folder_is_no_take(tmp_path):
+    with pytest.raises(BadFile):
+        livelink.read(tmp_path, **KEYS)
+
+
 def test_a_take_may_cross_midnight(livelink_rows, tmp_path):
     livelink_rows["Timecode"] = ["23:59:59:56", "23:59:59:58", "00:00:00:00", "00:00:00:02"]
     assert read(livelink_rows, tmp_path).motion["valid"].tolist() == [True] * 4

@@ -5,28 +5,46 @@ import pytest
 
 from mimeline.errors import BadFile, MissingColumn
 from mimeline.tracking import pyfeat
+from mimeline.vocabulary import CHANNELS
 
 
-def read(rows, tmp_path, bad_values="fail"):
+def read(rows, tmp_path, stride=2, bad_values="fail"):
     path = tmp_path / "clip.csv"
     rows.to_csv(path, index=False)
-    return pyfeat.read(path, fps="25", bad_values=bad_values)
+    return pyfeat.read(path, fps="25", stride=stride, bad_values=bad_values)
 
 
 def test_every_second_frame_gives_a_clock_of_half_the_rate(pyfeat_rows, tmp_path):
     take = read(pyfeat_rows, tmp_path)
     assert take.fps == Fraction(25, 2)
-    assert take.motion["frame"].tolist() == [0, 1, 2]
+    assert take.motion["frame"].tolist() == [0, 1, 2, 3, 4]
+
+
+def test_a_face_that_comes_late_leaves_the_frames_before_it_not_valid(pyfeat_rows, tmp_path):
+    motion = read(pyfeat_rows, tmp_path).motion  # found from frame 4 of the video on
+    assert motion["valid"].tolist() == [False, False, True, True, True]
+    assert motion["jawOpen"].iloc[2] == pytest.approx(pyfeat_rows["jawOpen"].iloc[0])
+
+
+@pytest.mark.parametrize("frames", [[0, 2, 3], [0, 0.5, 1], [-2, 0, 2]])
+def test_a_frame_that_is_no_multiple_of_the_stride_is_refused(pyfeat_rows, tmp_path, frames):
+    with pytest.raises(BadFile, match="column frame.*ingest.pyfeat.stride"):
+        read(pyfeat_rows.assign(frame=frames), tmp_path)
+
+
+def test_an_absurd_frame_number_is_refused_before_memory_is_taken(pyfeat_rows, tmp_path):
+    with pytest.raises(BadFile, match="less than 1000000 frames"):
+        read(pyfeat_rows.assign(frame=[0, 2, 2_000_000_000]), tmp_path)
 
 
 def test_what_the_format_lacks_is_not_measured(pyfeat_rows, tmp_path):
     motion = read(pyfeat_rows, tmp_path).motion
     assert motion["tongueOut"].isna().all()
-    assert motion["jawOpen"].notna().all()
+    assert motion.loc[motion["valid"], "jawOpen"].notna().all()
 
 
 def test_angles_take_the_subjects_left_and_up_as_positive(pyfeat_rows, tmp_path):
-    first = read(pyfeat_rows, tmp_path).motion.iloc[0]
+    first = read(pyfeat_rows, tmp_path).motion.iloc[2]
     assert first["head_yaw_left"] == pytest.approx(-0.3)
     assert first["head_pitch_up"] == pytest.approx(-0.1)
     assert first["head_tilt_left"] == pytest.approx(-0.2)
@@ -38,27 +56,47 @@ def test_the_surest_of_several_faces_is_taken(pyfeat_rows, tmp_path):
     pyfeat_rows["frame"] = [4, 4, 6]
     pyfeat_rows["FaceScore"] = [0.5, 0.99, 0.8]
     motion = read(pyfeat_rows, tmp_path).motion
-    assert motion["confidence"].tolist() == [0.99, 0.8]
-    assert motion["jawOpen"].iloc[0] == pytest.approx(pyfeat_rows["jawOpen"].iloc[1])
+    assert motion["confidence"].iloc[2:].tolist() == [0.99, 0.8]
+    assert motion["jawOpen"].iloc[2] == pytest.approx(pyfeat_rows["jawOpen"].iloc[1])
 
 
 def test_a_frame_without_a_face_is_masked(pyfeat_rows, tmp_path):
     blank = pyfeat_rows.columns.drop(["frame", "input"])
     pyfeat_rows.loc[1, blank] = np.nan  # written as empty cells
     take = read(pyfeat_rows, tmp_path)
-    assert take.motion["valid"].tolist() == [True, False, True]
+    assert take.motion["valid"].tolist()[2:] == [True, False, True]
 
 
 def test_a_frame_that_was_left_out_is_masked(pyfeat_rows, tmp_path):
-    pyfeat_rows["frame"] = [4, 6, 10]
+    pyfeat_rows["frame"] = [0, 2, 6]
     assert read(pyfeat_rows, tmp_path).motion["valid"].tolist() == [True, True, False, True]
 
 
 def test_text_in_a_number_is_named_by_line_and_column(pyfeat_rows, tmp_path):
     pyfeat_rows["jawOpen"] = pyfeat_rows["jawOpen"].astype(object)
     pyfeat_rows.loc[1, "jawOpen"] = "wide"
+    pyfeat_rows["FaceScore"] = [
+        0.1,
+        0.5,
+        0.9,
+    ]  # not the order of the file
     with pytest.raises(BadFile, match="line 3, column jawOpen.*'wide'"):
         read(pyfeat_rows, tmp_path)
+
+
+def test_a_mirrored_picture_swaps_sides_and_negates_yaw_tilt_and_gaze(pyfeat_rows, tmp_path):
+    def other(name):
+        ends = {"Left": "Right", "Right": "Left"}
+        end = next((e for e in ends if name.endswith(e)), None)
+        return name.removesuffix(end) + ends[end] if end else name
+
+    mirrored = pyfeat_rows.rename(columns=other)
+    for angle in ("Yaw", "Roll", "gaze_yaw"):
+        mirrored[angle] *= -1
+    plain, turned = (read(rows, tmp_path).motion for rows in (pyfeat_rows, mirrored))
+    for channel in CHANNELS.values():
+        expected = channel.mirror_sign * plain[channel.mirror]
+        np.testing.assert_allclose(turned[channel.name], expected, rtol=1e-6)
 
 
 def test_a_missing_frame_column_is_refused(pyfeat_rows, tmp_path):
@@ -71,7 +109,7 @@ def test_real_tables_read_and_turn_as_their_mesh_does(real_data):
 
     motions, meshes = [], []
     for path in sorted((real_data / "pyfeat").glob("0*.csv")):
-        take = pyfeat.read(path, fps="25", bad_values="fail")
+        take = pyfeat.read(path, fps="25", stride=2, bad_values="fail")
         assert take.fps == Fraction(25, 2)
         motions.append(take.motion)
         meshes.append(pd.read_csv(path))

@@ -18,8 +18,8 @@ def complaint(done) -> str:
 
 def test_a_missing_data_dir(checkout):
     line = complaint(checkout.run("-n", "--config", "data_dir=nowhere", config=()))
-    assert "nowhere: found no such folder" in line
-    assert "Set data_dir" in line
+    assert "nowhere: found no such file or folder" in line
+    assert "Correct data_dir" in line
 
 
 def test_an_unknown_key(checkout):

@@ -35,7 +35,7 @@ USERS: dict[str, set[str]] = {
     "annotate": {"annotate", "evaluate_annotation", "evaluate", "report"},
     "split": {"split"},
     "train.timeline": {"train"},
-    "evaluate.truth": set(),  # an input, no param
+    "evaluate.truth": {"evaluate_annotation", "report"},
     "evaluate.gmm_components": {"evaluate_annotation"},
     "evaluate.bootstrap": {"evaluate_annotation", "evaluate"},
     "evaluate.seed": {"evaluate_annotation"},

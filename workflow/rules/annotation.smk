@@ -125,6 +125,7 @@ rule evaluate_annotation:
         gmm_components=lookup("evaluate/gmm_components", within=config),
         resamples=lookup("evaluate/bootstrap", within=config),
         seed=lookup("evaluate/seed", within=config),
+        truth=listing(config["evaluate"]["truth"]),
         code=code_digest("mimeline.evaluation.annotation"),
     message:
         "Scoring the annotation against the truth"

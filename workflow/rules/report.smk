@@ -53,6 +53,7 @@ rule report:
         models=config["train"]["models"],
         side=lookup("series/side", within=config),
         annotate=lookup("annotate", within=config),
+        truth=listing(config["evaluate"]["truth"]),
         code=code_digest("mimeline.reporting.report"),
     message:
         "Writing the report"

@@ -119,10 +119,11 @@ def read_labels(path: str) -> dict[str, dict]:
     """
     try:
         content = yaml.load(Path(path).read_text(encoding="utf-8"), _Loader)
-    except FileNotFoundError as error:
+    except OSError as error:
+        missing = isinstance(error, FileNotFoundError)
         raise BadLabels(
             path,
-            found="no such file",
+            found="no such file" if missing else str(error),
             expected="a label file",
             remedy="Copy the names of the last run there, or set label.file to null.",
         ) from error

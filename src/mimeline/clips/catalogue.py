@@ -50,23 +50,26 @@ def catalogue(
     else:
         rows, bad = _files(Path(data), tracker, **options)
     rows = [piece for row in rows for piece in _cut(row, cut_s)]
+    bad = {_printable(clip_id): problem for clip_id, problem in bad.items()}
+    rows = [row | {"clip_id": _printable(row["clip_id"])} for row in rows]
 
-    ids = [row["clip_id"] for row in rows]
+    ids = [*(row["clip_id"] for row in rows), *bad]
     repeated = [clip_id for clip_id, count in Counter(ids).items() if count > 1]
     if repeated:
         raise BadFile(
             data,
             found=f"clip {repeated[0]!r} twice",
             expected="a name of its own for each clip",
-            remedy="Rename one of the files.",
+            remedy="Rename one of them.",
         )
-    decisions = Ledger("catalogue", [*ids, *bad])
+    decisions = Ledger("catalogue", ids)
     for clip_id, problem in bad.items():
-        decisions.fail(clip_id, "unreadable", detail=problem)
-    for clip_id in ids:
-        if not SAFE_ID.fullmatch(clip_id):
-            detail = "the id is not a plain file name; rename the clip in the catalogue"
-            decisions.fail(clip_id, "unsafe_id", detail=detail)
+        decisions.fail(clip_id, "unreadable", detail=_printable(problem))
+    for row in rows:
+        unsafe = [row[k] for k in ("clip_id", "source_id") if not SAFE_ID.fullmatch(row[k])]
+        if unsafe:
+            detail = f"{_printable(unsafe[0])!r} is no plain file name: use letters, digits, . _ -"
+            decisions.fail(row["clip_id"], "unsafe_id", detail=detail)
     kept = set(decisions.kept)
     table = pd.DataFrame(
         [row for row in rows if row["clip_id"] in kept], columns=tables.CLIPS.schema.names
@@ -79,20 +82,28 @@ def catalogue(
     log.info("%s", decisions)
 
 
+def _printable(text: str) -> str:
+    """The text as any file may hold it: what is no Unicode is spelt out."""
+    return text.encode("utf-8", "backslashreplace").decode()
+
+
 def shard_of(source_id: str, shards: int) -> int:
     """The shard of a source video: stable, whatever else the catalogue holds."""
     return int.from_bytes(hashlib.sha256(source_id.encode()).digest()[:8]) % shards
 
 
-def _files(data: Path, tracker: dict, pattern: str, exclude: list[str]) -> tuple[list[dict], dict]:
-    """Each file is a take; its tracking result tells how long it is."""
-    paths = sorted(path for path in data.glob(pattern) if path.name not in exclude)
+def _files(
+    data: Path, tracker: dict, pattern: str, exclude: list[str], subject: str | None
+) -> tuple[list[dict], dict]:
+    """Each file of the tracker's folder is a take; its tracking result tells how long it is."""
+    folder = data / tracker["options"]["folder"]
+    paths = sorted(path for path in folder.glob(pattern) if path.name not in exclude)
     if not paths:
         raise BadFile(
-            data,
+            folder,
             found=f"no file {pattern}",
             expected="at least one take",
-            remedy="Check data_dir and catalogue.files.pattern.",
+            remedy="Check data_dir, the tracker's folder and catalogue.files.pattern.",
         )
     rows, bad = [], {}
     for path in paths:
@@ -105,6 +116,7 @@ def _files(data: Path, tracker: dict, pattern: str, exclude: list[str]) -> tuple
             {
                 "clip_id": path.stem,
                 "source_id": path.stem,
+                "subject_id": subject,
                 "start_s": 0.0,
                 "end_s": float(len(take.motion) / take.fps),
                 "actions": [],

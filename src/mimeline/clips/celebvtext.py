@@ -5,6 +5,8 @@ from pathlib import Path
 
 from mimeline.errors import BadFile
 
+LARGEST_SHARE = 2.0  # of a box's edge; a face crop in pixels is larger
+
 
 def read(data: Path, info: str, annotations: str | None) -> tuple[list[dict], dict[str, str]]:
     """Clips of a catalogue, and the records that are none, with what is wrong with each.
@@ -14,17 +16,18 @@ def read(data: Path, info: str, annotations: str | None) -> tuple[list[dict], di
     where the box is in shares of the picture) and actions in seconds of the clip.
     Raises BadFile if a file is no catalogue.
     """
-    records = _json(data / info)
-    records = records.get("clips", records)
-    acts = _json(data / annotations).get("act", {}) if annotations else {}
+    records = _object(_json(data / info), "clips", data / info, whole=True)
+    acts = _object(_json(data / annotations), "act", data / annotations) if annotations else {}
     acts = {_clip_id(key): value for key, value in acts.items()}
     rows, bad = [], {}
     for key, record in records.items():
         clip_id = _clip_id(key)
         try:
-            rows.append(_row(clip_id, record, acts.get(clip_id, [])))
+            row = _row(clip_id, record, acts.get(clip_id, []))
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             bad[clip_id] = f"{type(error).__name__}: {error}"
+        else:
+            rows.append(row)
     return rows, bad
 
 
@@ -37,11 +40,17 @@ def _row(clip_id: str, record: dict, acts: list) -> dict:
     if not 0 <= start < end:
         raise ValueError(f"duration from {start} to {end} s")
     box = {side: float(record["bbox"][side]) for side in ("top", "bottom", "left", "right")}
-    in_pixels = max(box.values()) > 1  # the released file has shares, the read-me shows pixels
+    if not (box["top"] < box["bottom"] and box["left"] < box["right"]):
+        raise ValueError(f"box {box}")
+    # The released file has shares of the picture, which may overshoot; the read-me shows pixels.
+    in_pixels = max(box.values()) > LARGEST_SHARE
+    source, subject = record["ytb_id"], record.get("subject")
+    if not isinstance(source, str) or not isinstance(subject, str | None):
+        raise TypeError(f"ytb_id {source!r}, subject {subject!r}")
     return {
         "clip_id": clip_id,
-        "source_id": record["ytb_id"],
-        "subject_id": record.get("subject"),
+        "source_id": source,
+        "subject_id": subject,
         "start_s": start,
         "end_s": end,
         "width": round(box["right"] - box["left"]) if in_pixels else None,
@@ -66,16 +75,17 @@ def _seconds(time: str) -> float:
 def _json(path: Path) -> dict:
     try:
         text = path.read_text(encoding="utf-8")
-    except FileNotFoundError as error:
+    except (OSError, UnicodeDecodeError) as error:
+        missing = isinstance(error, FileNotFoundError)
         raise BadFile(
             path,
-            found="no such file",
+            found="no such file" if missing else str(error),
             expected="a CelebV-Text catalogue",
             remedy="Name the file in catalogue.celebvtext, or set data_dir to its folder.",
         ) from error
     try:
         content = json.loads(text, object_pairs_hook=_no_repeats)
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise BadFile(
             path,
             found=str(error),
@@ -90,6 +100,20 @@ def _json(path: Path) -> dict:
             remedy="Point catalogue.celebvtext to the file of clips.",
         )
     return content
+
+
+def _object(content: dict, key: str, path: Path, whole: bool = False) -> dict:
+    """The object under key; where there is none, the whole content or nothing."""
+    found = content.get(key, content if whole else {})
+    if not isinstance(found, dict):
+        raise BadFile(
+            path,
+            place=f"key {key}",
+            found=type(found).__name__,
+            expected="an object with an entry per clip",
+            remedy="Take the file again from where it was published.",
+        )
+    return found
 
 
 def _no_repeats(pairs: list[tuple]) -> dict:

@@ -7,10 +7,12 @@ import numpy as np
 import pandas as pd
 
 from mimeline import tables
-from mimeline.errors import BadFile, MissingColumn
 from mimeline.ledger import Ledger
+from mimeline.tracking.sixdrepnet import read_sixdrepnet
 
 log = logging.getLogger(__name__)
+
+LEAST_COVERED = 0.9  # share of a clip's frames with a head angle, below which the ledger says so
 
 
 def pose(
@@ -35,7 +37,9 @@ def pose(
     else:
         angles = tables.read(tables.MOTION, motion, ["clip_id", "frame", "head_yaw_left"])
     decisions = Ledger("pose", table["clip_id"])
-    angles = angles[angles["clip_id"].isin(table["clip_id"])].dropna(subset=["head_yaw_left"])
+    angles = angles.merge(table[["clip_id", "n_frames"]], on="clip_id")
+    within = angles["frame"].between(0, angles["n_frames"] - 1)
+    angles = angles[within].dropna(subset=["head_yaw_left"])
     for turned in mask_turned(angles, np.radians(max_yaw_deg)).itertuples():
         decisions.drop(
             turned.clip_id,
@@ -46,9 +50,14 @@ def pose(
             first_frame=turned.first_frame,
             last_frame=turned.last_frame,
         )
-    for clip_id in sorted(set(table["clip_id"]) - set(angles["clip_id"])):
-        detail = "not applied: no head angle is known for this clip"
-        decisions.note(clip_id, "turned", limit=max_yaw_deg, unit="deg", detail=detail)
+    known = angles.groupby("clip_id").size()
+    for clip in table[table["clip_id"].isin(decisions.kept)].itertuples():
+        frames = int(known.get(clip.clip_id, 0))
+        if frames < LEAST_COVERED * clip.n_frames:
+            detail = "not applied: no head angle is known for this clip"
+            if frames:
+                detail = f"applied to the {frames} of {clip.n_frames} frames with a head angle"
+            decisions.note(clip.clip_id, "turned", limit=max_yaw_deg, unit="deg", detail=detail)
     table = table[table["clip_id"].isin(decisions.kept)]
     tables.write(tables.CLIPS, table, kept)
     decisions.close(ledger, table["clip_id"])
@@ -65,57 +74,4 @@ def mask_turned(angles: pd.DataFrame, max_yaw: float) -> pd.DataFrame:
     past = past[past["value"] > max_yaw]
     return past.groupby("clip_id", as_index=False).agg(
         value=("value", "max"), first_frame=("frame", "min"), last_frame=("frame", "max")
-    )
-
-
-def read_sixdrepnet(path: Path) -> pd.DataFrame:
-    """6DRepNet angles in degrees (clip_id, frame, pitch, yaw, roll) → clip_id, frame, head angles.
-
-    6DRepNet draws +yaw toward the left of the picture, the subject's own right; +pitch is up; +roll
-    is clockwise in the picture, toward the subject's left shoulder.
-    """
-    try:
-        table = pd.read_csv(path, dtype={"clip_id": str})
-    except FileNotFoundError as error:
-        raise BadFile(
-            path,
-            found="no such file",
-            expected="a table of 6DRepNet angles",
-            remedy="Name it in pose.sixdrepnet.file, or set pose.format: motion.",
-        ) from error
-    except (ValueError, UnicodeDecodeError) as error:
-        raise BadFile(
-            path,
-            found=str(error),
-            expected="a CSV of 6DRepNet angles",
-            remedy="Write it anew, with columns clip_id, frame, pitch, yaw, roll.",
-        ) from error
-    needed = ["clip_id", "frame", "pitch", "yaw", "roll"]
-    if missing := [name for name in needed if name not in table]:
-        raise MissingColumn(
-            path,
-            found=f"columns {', '.join(table)}",
-            expected=", ".join(missing),
-            remedy="Head the columns clip_id, frame, pitch, yaw, roll.",
-        )
-    for name in needed[1:]:
-        bad = pd.to_numeric(table[name], errors="coerce").isna() & table[name].notna()
-        if bad.any():
-            row = int(np.argmax(bad))
-            raise BadFile(
-                path,
-                place=f"line {row + 2}, column {name}",
-                found=repr(table[name].iloc[row]),
-                expected="a number",
-                remedy="Fix the cell, or leave it empty.",
-            )
-    table = table.dropna(subset=["clip_id", "frame"])
-    return pd.DataFrame(
-        {
-            "clip_id": table["clip_id"],
-            "frame": table["frame"].astype("int64"),
-            "head_yaw_left": -np.radians(table["yaw"].astype(float)),
-            "head_pitch_up": np.radians(table["pitch"].astype(float)),
-            "head_tilt_left": np.radians(table["roll"].astype(float)),
-        }
     )

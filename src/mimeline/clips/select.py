@@ -60,10 +60,11 @@ def read_exclusions(path: str) -> dict[str, str]:
     """clip_id → reason, from a CSV with these two columns."""
     try:
         rows = pd.read_csv(path, dtype=str, keep_default_na=False)
-    except FileNotFoundError as error:
+    except (OSError, ValueError) as error:
+        missing = isinstance(error, FileNotFoundError)
         raise BadFile(
             path,
-            found="no such file",
+            found="no such file" if missing else str(error),
             expected="a CSV of clip_id and reason",
             remedy="Write it, or set select.exclusions to null.",
         ) from error

@@ -14,6 +14,8 @@ from mimeline.tracking.take import Take
 
 log = logging.getLogger(__name__)
 
+TOLERANCE = 2.0  # frames: catalogues round seconds to 1/100, trackers skip a first or last frame
+
 
 def ingest(
     clips: Path,
@@ -44,16 +46,27 @@ def ingest(
             rule = "no_tracking_result" if error.found == "no such file" else "unreadable"
             decisions.fail(clip.clip_id, rule, detail=str(error))
             continue
+        n_frames, expected = len(take.motion), (clip.end_s - clip.start_s) * float(take.fps)
+        if n_frames > expected + TOLERANCE:
+            detail = "the tracking result is longer than its clip: it belongs to another cut"
+            facts = {"value": n_frames, "limit": round(expected), "unit": "frames"}
+            decisions.fail(clip.clip_id, "longer_than_clip", detail=detail, **facts)
+            continue
+        take = take.padded(round(expected - TOLERANCE / 2))
         lost = np.flatnonzero(~take.motion["valid"].to_numpy())
-        share = len(lost) / len(take.motion)
+        share = len(lost) / len(take.motion) if len(take.motion) else 1.0
         facts = {"value": share, "limit": max_missing, "unit": "share of frames"}
         if len(lost):
             facts |= {"first_frame": lost[0], "last_frame": lost[-1]}
-        if share > max_missing:
+        if n_frames < len(take.motion):
+            facts["detail"] = (
+                f"the result has {n_frames} frames: it is taken to begin with the clip"
+            )
+        if share > max_missing or not len(take.motion):
             decisions.drop(clip.clip_id, "tracking_lost", **facts)
             continue
         if len(lost):
-            decisions.note(clip.clip_id, "masked", detail=f"{len(lost)} frames masked", **facts)
+            decisions.note(clip.clip_id, "masked", **facts)
         motions.append(take.motion.assign(clip_id=clip.clip_id))
         rates[clip.clip_id] = (take.fps.numerator, take.fps.denominator, len(take.motion))
 
@@ -68,16 +81,14 @@ def ingest(
 
 
 def _take_of(clip, folder: Path, format: str, options: dict, bad_values: str) -> Take:
-    """The clip's own result, or its seconds of its source's result, as long as the clip is."""
-    own = folder / f"{clip.clip_id}.csv"
-    whole = folder / f"{clip.source_id}.csv"
-    cut_from_source = not own.exists() and whole.exists()
-    take = read_take(whole if cut_from_source else own, format, options, bad_values)
-    if cut_from_source:
-        take = take.cut(round(clip.start_s * take.fps), round(clip.end_s * take.fps))
-    return take.padded(_whole_frames((clip.end_s - clip.start_s) * take.fps))
+    """The clip's own result, else its seconds of its source's result."""
+    own, whole = (_result(folder, name) for name in (clip.clip_id, clip.source_id))
+    if own.exists() or not whole.exists():
+        return read_take(own, format, options, bad_values)
+    take = read_take(whole, format, options, bad_values)
+    return take.cut(round(clip.start_s * take.fps), round(clip.end_s * take.fps))
 
 
-def _whole_frames(count: float) -> int:
-    """Catalogues round seconds to 1/100: a clip of 164.9 frames may have 164."""
-    return int(np.floor(round(float(count), 3) - 0.5))
+def _result(folder: Path, name: str) -> Path:
+    upper = folder / f"{name}.CSV"
+    return upper if upper.exists() else folder / f"{name}.csv"

@@ -15,6 +15,8 @@ from mimeline.errors import BadFile
 from mimeline.tracking.take import Take, angles, assemble, expressions, numbers, read_columns
 
 DAY_S = 24 * 3600
+TOO_FAST = 0.75  # frames between two rows, below which the take has another rate
+FORGET = 0.5  # of what a row owes the clock, from row to row
 HEAD_SIGNS = {
     "HeadYaw": ("head_yaw_left", -1.0),
     "HeadPitch": ("head_pitch_up", -1.0),
@@ -40,18 +42,20 @@ def read(path: Path, fps: str, timecode_base: int, angle_unit: str, bad_values: 
     values, bad = numbers(table, columns, path, bad_values)
     channels = expressions(values, path)
 
-    unit = "ingest.livelink.angle_unit"
     rotations = [
         name for name in values if name in (*HEAD_SIGNS, *EYES["gaze_left"], *EYES["gaze_up"])
     ]
-    radians = angles(values[rotations], angle_unit, path, unit)
+    remedy = "Set ingest.livelink.angle_unit: degrees."
+    if angle_unit == "degrees":
+        remedy = "Export the take again."
+    radians = angles(values[rotations], angle_unit, path, remedy)
     for column, (name, sign) in HEAD_SIGNS.items():
         if column in radians:
             channels[name] = sign * radians[column]
     for name, pair in EYES.items():
         if set(pair) <= set(radians):
             channels[name] = -radians[list(pair)].mean(axis=1, skipna=False)
-    return Take(assemble(frame, ~bad, channels, confidence=np.nan), Fraction(fps))
+    return Take(assemble(frame, ~bad, channels, np.nan, path), Fraction(fps))
 
 
 def _frames(timecodes: pd.Series, fps: Fraction, base: int, path: Path) -> np.ndarray:
@@ -70,21 +74,20 @@ def _frames(timecodes: pd.Series, fps: Fraction, base: int, path: Path) -> np.nd
     seconds += 3600 * hours + 60 * minutes + ticks / base
     since_last = np.mod(np.diff(seconds), DAY_S)  # a take may cross midnight
     rate = round(fps)  # timecode counts whole frames: 30 for 30000/1001
-    # Row by row: a phone's camera runs a little off its timecode, its phase slips in long takes.
-    steps = np.rint(since_last * rate).astype("int64")
-    backward = (steps <= 0) | (since_last > DAY_S / 2)
-    if backward.any():
+    backward = (since_last <= 0) | (since_last > DAY_S / 2)
+    median = float(np.median(since_last)) if len(since_last) else 1 / rate
+    if backward.any() or median * rate < TOO_FAST:
         row = int(np.argmax(backward)) + 1
-        median = float(np.median(since_last))
-        true_rate = f"about {1 / median:.0f}" if median > 0 else "no"
         raise BadFile(
             path,
             place=f"line {row + 2}, column Timecode",
             found=f"{timecodes.iloc[row]!r} after {timecodes.iloc[row - 1]!r}",
             expected=f"a later frame at {fps} fps",
-            remedy=f"The rows come at {true_rate} per second: set ingest.livelink.fps to that, or "
-            "ingest.livelink.timecode_base to what the timecode counts in.",
+            remedy=f"The rows come at about {1 / max(median, 1e-3):.0f} per second: where that is "
+            "not so, set ingest.livelink.fps to the take's rate, or ingest.livelink.timecode_base "
+            "to what the timecode counts in; else export the take again.",
         )
+    steps = _steps(since_last * rate)
     if len(steps) and (stride := int(np.median(steps))) > 1:
         raise BadFile(
             path,
@@ -95,3 +98,16 @@ def _frames(timecodes: pd.Series, fps: Fraction, base: int, path: Path) -> np.nd
             "ingest.livelink.timecode_base to what the timecode counts in.",
         )
     return np.concatenate([[0], np.cumsum(steps)])
+
+
+def _steps(elapsed: np.ndarray) -> np.ndarray:
+    """Whole frames from row to row, of the frames that the timecode says have passed.
+
+    Row by row: a phone's camera runs a little off its timecode, and a row may come half a frame
+    early or late. What rounding left over is made up for by the next row, and soon forgotten.
+    """
+    steps, owed = np.empty(len(elapsed), dtype="int64"), 0.0
+    for row, passed in enumerate(elapsed):
+        steps[row] = max(1, round(passed + owed))
+        owed = FORGET * float(np.clip(passed + owed - steps[row], -0.5, 0.5))
+    return steps

@@ -3,13 +3,14 @@
 Signs, measured on real tables: Yaw, Roll and Pitch against the rotation of the 478 mesh points
 (|r| > .93; positive is toward the subject's right, the subject's right shoulder and down), the gaze
 against the eyeLook coefficients (r = .55 and .42; positive is to the subject's left and up). All
-are radians. Values of every second frame are common: the clock then runs at half the rate.
+are radians. Where only every n-th frame was analysed the clock runs at that rate.
 """
 
 from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 
 from mimeline.errors import BadFile
 from mimeline.tracking.take import Take, angles, assemble, expressions, numbers, read_columns
@@ -24,10 +25,11 @@ SIGNS = {
 }
 
 
-def read(path: Path, fps: str, bad_values: str) -> Take:
+def read(path: Path, fps: str, stride: int, bad_values: str) -> Take:
     """Read a table; where a frame holds several faces the surest one is taken.
 
-    fps: rate of the video that was analysed. bad_values: "fail" or "mask".
+    fps: rate of the video that was analysed. stride: every n-th of its frames was; frame 0 is the
+    first of the clock. bad_values: "fail" or "mask".
     Raises BadFile or MissingColumn with line and column.
     """
     table = read_columns(path, text=("frame", "FaceScore"))
@@ -35,26 +37,42 @@ def read(path: Path, fps: str, bad_values: str) -> Take:
         raise BadFile(
             path, found="a header alone", expected="at least a frame", remedy="Run py-feat again."
         )
-    index, _ = numbers(table, ["frame"], path, "fail")
+    index = _frames(table, stride, path)
     score, _ = numbers(table, ["FaceScore"], path, bad_values, blank_ok=True)
-    table = table.assign(frame=index["frame"].astype("int64"), FaceScore=score["FaceScore"])
+    table = table.assign(frame=index, FaceScore=score["FaceScore"])
     table = table.sort_values("FaceScore", ascending=False, kind="stable", na_position="last")
     table = table.drop_duplicates("frame").sort_values("frame")
-
-    steps = np.diff(table["frame"])
-    stride = int(np.gcd.reduce(steps)) if len(steps) else 1
-    frame = ((table["frame"] - table["frame"].iloc[0]) // stride).to_numpy()
+    frame = table["frame"].to_numpy()
     columns = [name for name in table if name in SIGNS or _is_expression(name)]
     values, bad = numbers(table, columns, path, bad_values, blank_ok=True)
     values = values.reset_index(drop=True)
     channels = expressions(values, path)
-    radians = angles(values[[c for c in SIGNS if c in values]], "radians", path, "the angles")
+    radians = angles(
+        values[[c for c in SIGNS if c in values]], "radians", path, "Run py-feat again."
+    )
     for column in radians:
         name, sign = SIGNS[column]
         channels[name] = sign * radians[column]
     found = table["FaceScore"].notna().to_numpy() & ~bad
-    motion = assemble(frame, found, channels, table["FaceScore"].to_numpy(float))
+    motion = assemble(frame, found, channels, table["FaceScore"].to_numpy(float), path)
     return Take(motion, Fraction(fps) / stride)
+
+
+def _frames(table: pd.DataFrame, stride: int, path: Path) -> np.ndarray:
+    """Frame numbers of the clock that counts every stride-th frame of the video."""
+    number, _ = numbers(table, ["frame"], path, "fail")
+    number = number["frame"].to_numpy()
+    bad = (number < 0) | (number % stride != 0)
+    if bad.any():
+        row = int(np.argmax(bad))
+        raise BadFile(
+            path,
+            place=f"line {row + 2}, column frame",
+            found=f"{number[row]:g}",
+            expected=f"a multiple of {stride}" if stride > 1 else "a whole number from 0 on",
+            remedy="Set ingest.pyfeat.stride to n where every n-th frame was analysed.",
+        )
+    return (number // stride).astype("int64")
 
 
 def _is_expression(name: str) -> bool:

@@ -12,6 +12,7 @@ from mimeline.errors import BadFile, MissingColumn
 from mimeline.vocabulary import CHANNELS, EXPRESSIONS, canonical
 
 EXPRESSION_RANGE = (-1.0, 2.0)  # coefficients of [0, 1] overshoot a little
+MOST_FRAMES = 1_000_000  # in a take: nine hours at 30 fps
 
 
 @dataclass(frozen=True)
@@ -56,7 +57,7 @@ def read_columns(path: Path, text: tuple[str, ...] = ()) -> pd.DataFrame:
             expected="a tracking result",
             remedy="Check data_dir and the folder in the ingest section.",
         ) from error
-    except (ValueError, UnicodeDecodeError, csv.Error) as error:
+    except (ValueError, OSError, csv.Error) as error:
         raise BadFile(
             path,
             found=str(error),
@@ -72,7 +73,8 @@ def read_columns(path: Path, text: tuple[str, ...] = ()) -> pd.DataFrame:
             expected="a header with channel names",
             remedy="Export the take with its header: columns are known by name, never by position.",
         )
-    if repeated := sorted({name for name in names if names.count(name) > 1}):
+    meant = [canonical(name) or name for name in names]
+    if repeated := sorted({name for name in meant if meant.count(name) > 1}):
         raise BadFile(
             path,
             place="line 1",
@@ -108,7 +110,7 @@ def numbers(
         row, column = np.argwhere(bad)[0]
         raise BadFile(
             path,
-            place=f"line {row + 2}, column {columns[column]}",
+            place=f"line {table.index[row] + 2}, column {columns[column]}",
             found=repr(table[columns[column]].iloc[row]),
             expected="a number",
             remedy="Fix the cell, or set ingest.bad_values: mask to treat the frame as a gap.",
@@ -134,20 +136,20 @@ def expressions(values: pd.DataFrame, path: Path) -> pd.DataFrame:
     return named
 
 
-def angles(values: pd.DataFrame, unit: str, path: Path, key: str) -> pd.DataFrame:
-    """Angles in radians; a column that is 0 throughout was never measured and becomes NaN.
+def angles(values: pd.DataFrame, unit: str, path: Path, remedy: str) -> pd.DataFrame:
+    """Angles in radians; a column that is 0 wherever it is a number was never measured: NaN.
 
-    unit: "radians" or "degrees". key: the config key that tells it, for the message.
+    unit: "radians" or "degrees". remedy: what to do where an angle is beyond half a turn.
     """
     values = values.copy()
-    values.loc[:, (values == 0).all(axis=0)] = np.nan
+    values.loc[:, ((values == 0) | values.isna()).all(axis=0)] = np.nan
     radians = np.radians(values) if unit == "degrees" else values
     if (radians.abs() > np.pi).to_numpy().any():
         raise BadFile(
             path,
             found=f"an angle of {float(np.nanmax(values.abs())):.3g} in {unit}",
             expected="angles within half a turn",
-            remedy=f"Set {key}: degrees." if unit == "radians" else "Export the take again.",
+            remedy=remedy,
         )
     return radians
 
@@ -160,9 +162,23 @@ def on_clock(motion: pd.DataFrame, n_frames: int) -> pd.DataFrame:
 
 
 def assemble(
-    frame: np.ndarray, valid: np.ndarray, channels: pd.DataFrame, confidence: np.ndarray | float
+    frame: np.ndarray,
+    valid: np.ndarray,
+    channels: pd.DataFrame,
+    confidence: np.ndarray | float,
+    path: Path,
 ) -> pd.DataFrame:
-    """Rows of a take in the motion table's columns; channels that are absent are NaN."""
+    """Rows of a take in the motion table's columns; channels that are absent are NaN.
+
+    frame: increasing whole numbers. Raises BadFile for a take that no memory holds.
+    """
+    if frame[-1] >= MOST_FRAMES:
+        raise BadFile(
+            path,
+            found=f"frame {frame[-1]}",
+            expected=f"less than {MOST_FRAMES} frames in a take",
+            remedy="Mend the frame numbers or timecodes, or split the take.",
+        )
     motion = channels.reindex(columns=list(CHANNELS)).astype("float32")
     motion[~np.asarray(valid)] = np.nan
     head = pd.DataFrame({"frame": frame, "valid": valid, "confidence": confidence})
