@@ -75,6 +75,12 @@ DESCRIPTORS: dict[str, tuple[str, ...]] = {
 }
 
 
+UNKNOWN = -1.0  # an action's value in a timeline where it was not measured or is not told
+
+# A channel whose range over all frames is less is not moved by its tracker: what is left is jitter.
+DEAD_RANGE = 0.02  # of a coefficient; of an angle in radians
+
+
 def track_actions(track: str) -> tuple[str, ...]:
     """The actions that exclude each other on a track, in Table 1 order."""
     return tuple(a.name for a in ACTIONS.values() if a.track == track)

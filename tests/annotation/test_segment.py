@@ -87,6 +87,13 @@ def test_a_channel_that_never_moves_is_left_out_of_the_model(run):
     assert RegionModel.load(model).channels == ("eyeSquintLeft",)
 
 
+def test_one_odd_frame_does_not_make_a_channel_move(run):
+    glitch = np.full(200, 0.25)
+    glitch[70] = 0.9
+    _, _, model = run([200], {"eyeWideLeft": glitch})
+    assert RegionModel.load(model).channels == ("eyeSquintLeft",)
+
+
 def test_a_region_of_which_no_channel_moves_is_not_segmented(run):
     clusters, reason, model = run([200], {"eyeWideLeft": 0.25, "eyeSquintLeft": 0.1})
     assert clusters.empty

@@ -3,7 +3,7 @@ import pandas as pd
 import pytest
 
 from mimeline import tables
-from mimeline.annotation.series import concatenate, sequences, series
+from mimeline.annotation.series import concatenate, dead_channels, sequences, series
 
 BROW = ["browDownLeft", "browInnerUp", "browOuterUpLeft"]
 
@@ -87,3 +87,17 @@ def test_one_sequence_needs_no_separator():
     table = concatenate(frames, ["jawOpen"], null_length=100, null_value=-1.0)
     assert table["frame"].tolist() == [4, 5]
     assert sequences(table)[1].tolist() == [2]
+
+
+def test_a_channel_is_dead_where_its_range_without_rare_frames_is_small():
+    row = np.arange(1000)
+    values = pd.DataFrame(
+        {
+            "jitter": 0.3 + 0.009 * (-1.0) ** row,
+            "glitch": np.where(row == 5, 1.0, 0.3),
+            "rare": np.where(row < 10, 0.5, 0.0),
+            "moving": row / 1000,
+        }
+    )
+    assert dead_channels(values) == ["jitter", "glitch"]
+    assert dead_channels(values[:0]) == []

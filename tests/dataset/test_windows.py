@@ -63,14 +63,37 @@ def test_a_clip_is_scores_timeline_and_valid_frames():
     assert set(found[1].timeline[:, list(ACTIONS).index("HeadUp")]) == {0.0}
 
 
-def test_a_frame_that_is_masked_or_lacks_a_channel_is_zero_and_not_valid():
+def test_a_frame_that_is_masked_or_lacks_every_channel_is_zero_and_not_valid():
     motion = motion_of({"a": 5})
     motion.loc[1, "valid"] = False
-    motion.loc[3, "jawOpen"] = np.nan
+    motion.loc[3, ["browInnerUp", "jawOpen"]] = np.nan
     (clip,) = clips(motion, frames_of(motion), NORMALISER, ["a"])
     assert clip.valid.tolist() == [True, False, True, False, True]
     assert (clip.motion[~clip.valid] == 0).all()
     assert (clip.motion[clip.valid] != 0).all()
+    assert (clip.measured == clip.valid[:, None]).all()
+
+
+def test_a_frame_that_lacks_one_channel_is_valid_and_that_channel_zero():
+    motion = motion_of({"a": 3})
+    motion.loc[1, "jawOpen"] = np.nan
+    (clip,) = clips(motion, frames_of(motion), NORMALISER, ["a"])
+    assert clip.valid.all()
+    assert clip.measured.tolist() == [[True, True], [True, False], [True, True]]
+    assert clip.motion[:, 1].tolist() == [0.5, 0.0, 0.5]
+
+
+def test_a_clip_without_a_channel_keeps_all_its_frames():
+    motion = motion_of({"a": 30, "b": 30})
+    motion.loc[motion["clip_id"] == "b", "jawOpen"] = np.nan
+    data = clips(motion, frames_of(motion), NORMALISER, ["a", "b"])
+    assert [int(clip.valid.sum()) for clip in data] == [30, 30]
+    batch = next(random_batches(data, 10, 40, torch.Generator().manual_seed(0)))
+    assert set(batch.clip_ids) == {"a", "b"}
+    assert batch.valid.all()
+    assert batch.measured[..., 0].all()
+    has = torch.tensor([clip == "a" for clip in batch.clip_ids])
+    assert torch.equal(batch.measured[..., 1], has[:, None].expand(40, 10))
 
 
 def test_a_clip_without_a_valid_frame_and_one_of_another_part_stay_out():
@@ -92,6 +115,7 @@ def test_a_short_clip_is_padded_with_frames_that_are_not_valid():
     batch = collate(clips(motion, frames_of(motion), NORMALISER, ["a"]), 5)
     assert batch.motion.shape == (1, 5, 2)
     assert batch.valid.tolist() == [[True, True, True, False, False]]
+    assert batch.measured.tolist() == [[[True, True]] * 3 + [[False, False]] * 2]
     assert (batch.motion[0, 3:] == 0).all()
     assert (batch.timeline[0, 3:] == -1).all()
 

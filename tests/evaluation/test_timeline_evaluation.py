@@ -138,6 +138,25 @@ def test_real_clips_are_cut_where_frames_are_not_valid():
     assert [clip.ravel().tolist() for clip in found] == [[0.0, 0.1], [0.3, 0.4, 0.5]]
 
 
+def test_a_real_clip_without_a_channel_is_left_out_and_counted(caplog):
+    motion = pd.DataFrame(
+        {
+            "clip_id": ["a"] * 3 + ["b"] * 3,
+            "frame": [0, 1, 2] * 2,
+            "valid": True,
+            "jawOpen": [0.0, 0.1, 0.2, 0.3, 0.4, 0.5],
+            "head_yaw_left": [0.0, 0.1, 0.2, np.nan, np.nan, np.nan],
+        }
+    )
+    found = clip_values(motion, ["a", "b"], ["jawOpen", "head_yaw_left"])
+    assert [clip.shape for clip in found] == [(3, 2)]
+    assert "1 of 2 real clips lack a channel of the model" in caplog.text
+    caplog.clear()
+    assert len(clip_values(motion, ["a", "b"], ["jawOpen"])) == 2
+    assert clip_values(motion, [], ["jawOpen"]) == []
+    assert caplog.text == ""
+
+
 def test_liveliness_is_variance_and_speed_over_channels():
     clip = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 0.0], [2.0, 0.0]])
     assert liveliness([clip]) == {"var": 0.5, "velocity": 1.0}

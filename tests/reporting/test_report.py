@@ -69,6 +69,16 @@ def test_a_rule_that_was_not_applied_and_a_channel_that_is_absent_or_flat_are_sa
     assert "1 channel hardly moves (browDownRight)" in page.text
 
 
+def test_channels_that_the_clusters_were_fitted_without_are_said(run):
+    arguments = run()
+    _, page = written(arguments)
+    assert "Fitted without" not in page.text
+    path, table = arguments["series"]["mouth"], tables.SERIES["mouth", "left"]
+    tables.write(table, tables.read(table, path).assign(mouthFrownLeft=0.01), path)
+    _, page = written(arguments)
+    assert "Fitted without mouthFrownLeft : it hardly moves." in page.text
+
+
 def test_a_track_without_its_channels_is_drawn_as_not_measured(run):
     head = ("HeadLeft", "HeadRight")
     _, page = written(run(unmeasured=head))

@@ -7,7 +7,13 @@ from mimeline.dataset.windows import Batch
 from mimeline.training.average import Average
 from mimeline.training.loop import TrainingDiverged, fit, learning_rate
 
-BATCH = Batch(("beta", "alpha"), torch.ones(2, 4, 1), torch.ones(2, 4, 16), torch.ones(2, 4).bool())
+BATCH = Batch(
+    ("beta", "alpha"),
+    motion=torch.ones(2, 4, 1),
+    timeline=torch.ones(2, 4, 16),
+    valid=torch.ones(2, 4).bool(),
+    measured=torch.ones(2, 4, 1).bool(),
+)
 SETTINGS = {"steps": 40, "peak": 0.05, "clip_norm": 1.0, "ema": 0.9}
 
 

@@ -4,18 +4,16 @@ import logging
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from mimeline import tables
 from mimeline.annotation.region_model import RegionModel
-from mimeline.annotation.series import sequences
+from mimeline.annotation.series import dead_channels, sequences
 from mimeline.ticc import TICC
 from mimeline.vocabulary import series_channels
 
 log = logging.getLogger(__name__)
 
 LEAST_WINDOWS = 10  # per cluster and frame of a window: fewer say nothing of a covariance
-DEAD = 0.02  # range of a coefficient that the tracker does not move: what is left is jitter
 
 
 def segment(
@@ -38,8 +36,9 @@ def segment(
     brought to unit variance, their jitter would weigh as much as motion. The other keys are TICC's.
     """
     frames, lengths = sequences(tables.read(tables.SERIES[region, side], series))
-    span = frames[list(series_channels(region, side))].agg(np.ptp) if len(frames) else pd.Series()
-    dead, channels = list(span.index[span < DEAD]), list(span.index[span >= DEAD])
+    measured = list(series_channels(region, side))
+    dead = dead_channels(frames[measured])
+    channels = [name for name in measured if name not in dead]
     model.mkdir(parents=True, exist_ok=True)
     windows = int(np.maximum(lengths - window + 1, 0).sum())
     needed = n_clusters * window * LEAST_WINDOWS

@@ -9,9 +9,11 @@ import pandas as pd
 
 from mimeline import tables
 from mimeline.annotation.runs import run_starts
-from mimeline.vocabulary import series_channels
+from mimeline.vocabulary import DEAD_RANGE, series_channels
 
 log = logging.getLogger(__name__)
+
+SHARE_INSIDE = (0.005, 0.995)  # quantiles between which a range is taken: a glitch is no motion
 
 
 def series(
@@ -78,3 +80,12 @@ def sequences(table: pd.DataFrame) -> tuple[pd.DataFrame, np.ndarray]:
     frames = table[table["clip_id"].notna()]
     starts = run_starts(frames)
     return frames, np.diff([*starts, len(frames)])
+
+
+def dead_channels(values: pd.DataFrame) -> list[str]:
+    """The columns that hardly move: what TICC is fitted without.
+
+    values: a column per channel, a row per frame of a series without its separators.
+    """
+    low, high = (values.quantile(share) for share in SHARE_INSIDE)
+    return list(values.columns[high - low < DEAD_RANGE])

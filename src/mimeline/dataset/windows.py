@@ -8,11 +8,10 @@ import pandas as pd
 import torch
 from torch import Tensor
 
-from mimeline.vocabulary import ACTIONS
+from mimeline.vocabulary import ACTIONS, UNKNOWN
 
 STD_FLOOR = 1e-3  # a channel that hardly moves is not blown up
 MOSTLY = 0.5  # share of frames from which a channel counts as measured
-UNKNOWN = -1.0  # a timeline's value where an action was dropped or not measured
 
 
 @dataclass(frozen=True)
@@ -49,22 +48,31 @@ class Normaliser:
 
 @dataclass(frozen=True)
 class Clip:
-    """motion (L, D) z-scored · timeline (L, 16) in {0, 1}, -1 unknown · valid (L,) bool."""
+    """motion (L, D) z-scored · timeline (L, 16) in {0, 1}, -1 unknown · valid (L,) bool.
+
+    measured (L, D) bool: whether a value was measured in a frame that was tracked; motion is 0
+    elsewhere. A frame is valid where it has a measured channel.
+    """
 
     clip_id: str
     motion: np.ndarray
     timeline: np.ndarray
     valid: np.ndarray
+    measured: np.ndarray
 
 
 @dataclass(frozen=True)
 class Batch:
-    """motion (B, L, D) · timeline (B, L, 16) · valid (B, L) bool, all of the clips' named crops."""
+    """Crops of the named clips, padded: motion (B, L, D) · timeline (B, L, 16) · valid (B, L) bool.
+
+    measured (B, L, D) bool: as a clip's.
+    """
 
     clip_ids: tuple[str, ...]
     motion: Tensor
     timeline: Tensor
     valid: Tensor
+    measured: Tensor
 
 
 def timelines(frames: pd.DataFrame) -> dict[str, np.ndarray]:
@@ -78,20 +86,22 @@ def clips(
 ) -> list[Clip]:
     """The wanted clips with at least one valid frame, sorted by clip_id.
 
-    motion, frames: the tables of these names. A frame that lacks one of the normaliser's channels
-    is not valid; the values of frames that are not valid are 0. A frame without a row in the
-    frames table has an unknown timeline.
+    motion, frames: the tables of these names. A frame that lacks some of the normaliser's channels
+    is valid, but not one that lacks them all: takes of one project may differ in what they
+    measure. A frame without a row in the frames table has an unknown timeline.
     """
     motion = motion[motion["clip_id"].isin(list(wanted))].reset_index(drop=True)
     joined = motion[["clip_id", "frame"]].merge(frames, on=["clip_id", "frame"], how="left")
     timeline = joined[list(ACTIONS)].to_numpy(dtype=np.float32, na_value=UNKNOWN)  # (N, 16)
     scores = normaliser.apply(motion[list(normaliser.channels)].to_numpy(np.float64))  # (N, D)
-    valid = motion["valid"].to_numpy(bool) & np.isfinite(scores).all(axis=1)  # (N,)
-    scores[~valid] = 0.0
+    measured = motion["valid"].to_numpy(bool)[:, None] & np.isfinite(scores)  # (N, D)
+    scores[~measured] = 0.0
+    valid = measured.any(axis=1)  # (N,)
     found = []
     for clip, rows in sorted(motion.groupby("clip_id").indices.items()):
         if valid[rows].any():
-            found.append(Clip(str(clip), scores[rows], timeline[rows], valid[rows]))
+            parts = (scores[rows], timeline[rows], valid[rows], measured[rows])
+            found.append(Clip(str(clip), *parts))
     return found
 
 
@@ -101,12 +111,14 @@ def collate(crops: Sequence[Clip], length: int) -> Batch:
     motion = np.zeros((len(crops), length, n_channels), np.float32)
     timeline = np.full((len(crops), length, n_actions), UNKNOWN, np.float32)
     valid = np.zeros((len(crops), length), bool)
+    measured = np.zeros((len(crops), length, n_channels), bool)
     for i, crop in enumerate(crops):
         motion[i, : len(crop.motion)] = crop.motion
         timeline[i, : len(crop.motion)] = crop.timeline
         valid[i, : len(crop.motion)] = crop.valid
+        measured[i, : len(crop.motion)] = crop.measured
     ids = tuple(crop.clip_id for crop in crops)
-    return Batch(ids, *(torch.from_numpy(x) for x in (motion, timeline, valid)))
+    return Batch(ids, *(torch.from_numpy(x) for x in (motion, timeline, valid, measured)))
 
 
 def random_batches(
@@ -134,4 +146,5 @@ def _crop(clip: Clip, window: int, where: float) -> Clip:
     """The window that starts at the share `where` of [0, 1) of the places where one can start."""
     start = int(where * (max(len(clip.motion) - window, 0) + 1))
     part = slice(start, start + window)
-    return Clip(clip.clip_id, clip.motion[part], clip.timeline[part], clip.valid[part])
+    arrays = (clip.motion, clip.timeline, clip.valid, clip.measured)
+    return Clip(clip.clip_id, *(array[part] for array in arrays))

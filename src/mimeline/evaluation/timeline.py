@@ -12,13 +12,14 @@ import torch
 from mimeline import tables
 from mimeline.annotation.annotator import Annotator
 from mimeline.annotation.region_model import read_models
+from mimeline.annotation.runs import run_starts
 from mimeline.annotation.scores import bootstrap, confusions
 from mimeline.annotation.thresholds import Limits
-from mimeline.dataset.windows import UNKNOWN, timelines
+from mimeline.dataset.windows import timelines
 from mimeline.evaluation.frechet import differences, motion_distances
 from mimeline.generation.timeline import generate
 from mimeline.training import checkpoint as checkpoints
-from mimeline.vocabulary import CHANNELS
+from mimeline.vocabulary import CHANNELS, UNKNOWN
 
 log = logging.getLogger(__name__)
 
@@ -130,14 +131,24 @@ def choose(
 def clip_values(
     motion: pd.DataFrame, ids: Sequence[str], channels: Sequence[str]
 ) -> list[np.ndarray]:
-    """The stretches of valid frames of these clips, (L, D) each, at least two frames long."""
-    motion = motion[motion["clip_id"].isin(ids)]
-    values = motion[list(channels)].to_numpy(np.float64)
-    valid = motion["valid"].to_numpy(bool) & np.isfinite(values).all(axis=1)
-    clip, frame = motion["clip_id"].to_numpy(), motion["frame"].to_numpy()
-    goes_on = valid[1:] & valid[:-1] & (clip[1:] == clip[:-1]) & (np.diff(frame) == 1)
-    pieces = np.split(np.arange(len(motion)), np.flatnonzero(~goes_on) + 1)
-    return [values[piece] for piece in pieces if len(piece) > 1]
+    """The stretches of valid frames of these clips, (L, D) each, at least two frames long.
+
+    A frame counts where every channel was measured. A clip that lacks a channel altogether is left
+    out, since a Fréchet distance needs them all: the log says how many.
+    """
+    motion = motion[motion["clip_id"].isin(ids) & motion["valid"].astype(bool)]
+    measured = motion[list(channels)].notna()
+    whole = measured.groupby(motion["clip_id"]).any().all(axis=1)  # by clip
+    if not whole.all():
+        log.warning(
+            "%d of %d real clips lack a channel of the model: nothing is compared with them",
+            (~whole).sum(),
+            len(whole),
+        )
+    frames = motion[measured.all(axis=1)]
+    values = frames[list(channels)].to_numpy(np.float64)
+    pieces = np.split(values, run_starts(frames)[1:])
+    return [piece for piece in pieces if len(piece) > 1]
 
 
 def motion_table(

@@ -7,11 +7,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from mimeline.dataset.windows import UNKNOWN
 from mimeline.diffusion.guidance import classifier_free
 from mimeline.diffusion.samplers import dpmpp_2m
 from mimeline.models.timeline import TimelineModel
 from mimeline.training.checkpoint import load
+from mimeline.vocabulary import UNKNOWN
 
 PAIRS = 2**22  # of frames that attend to each other, in one batch: bounds the memory
 

@@ -8,7 +8,7 @@ from torch import Tensor, nn
 
 from mimeline.diffusion.schedule import cosine
 from mimeline.models.layers import JointLayer, rotary_angles, step_embedding
-from mimeline.vocabulary import ACTIONS, CHANNELS, OUTPUT_GROUPS
+from mimeline.vocabulary import ACTIONS, CHANNELS, OUTPUT_GROUPS, UNKNOWN
 
 # What each branch sees of the timeline (Ma et al. 2025, section 3.2): the head moves along with
 # everything, so the rest sees all.
@@ -44,7 +44,7 @@ class Network(nn.Module):
         """motion (B, L, d) · timeline (B, L, n_actions) · step (B, d) → (B, L, d)."""
         # One input says "asked for", one "unknown": on one line from -1 to 1 "absent" would lie
         # between the two.
-        state = torch.cat([timeline == 1, timeline == -1], dim=-1).to(motion.dtype)
+        state = torch.cat([timeline == 1, timeline == UNKNOWN], dim=-1).to(motion.dtype)
         control = self.embed_timeline(state)  # (B, L, d)
         for layer in self.layers:
             motion = layer(motion, control, step, turns, visible)  # (B, L, d)

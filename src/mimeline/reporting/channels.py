@@ -7,9 +7,8 @@ import numpy as np
 import pandas as pd
 
 from mimeline import tables
-from mimeline.vocabulary import CHANNELS
+from mimeline.vocabulary import CHANNELS, DEAD_RANGE
 
-DEAD_RANGE = 0.01  # a channel that moves less carries nothing (coefficients, or radians)
 ANGLE_DEG = 45.0  # half of the range that angles are drawn in
 _REGIONS = ("brow", "eye", "cheek", "nose", "jaw", "mouth", "tongue", "gaze", "head")
 _SIDES = ("Left", "Right")

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from mimeline import tables
+from mimeline.annotation.series import dead_channels, sequences
 from mimeline.reporting.drawing import Scale, curve, second_ticks
 from mimeline.vocabulary import ACTIONS, NEUTRAL, series_channels
 
@@ -42,10 +43,14 @@ class Cluster:
 
 @dataclass(frozen=True)
 class Region:
-    """reason: why there is no cluster. top: the largest value of the pictures' scale."""
+    """reason: why there is no cluster. top: the largest value of the pictures' scale.
+
+    left_out: the channels that hardly move, which the clusters were fitted without.
+    """
 
     name: str
     channels: tuple[str, ...]
+    left_out: list[str]
     clusters: list[Cluster]
     top: float
     reason: str
@@ -96,9 +101,10 @@ def _region(
     channels = series_channels(region, side)
     if names.empty:
         reason = tables.reason(clusters) or tables.reason(series) or why or "no cluster was found"
-        return Region(region, channels, [], 1.0, reason)
+        return Region(region, channels, [], [], 1.0, reason)
     needed = set(shown["clip_id"])
-    rows = tables.read(tables.SERIES[region, side], series)
+    rows, _ = sequences(tables.read(tables.SERIES[region, side], series))
+    left_out = dead_channels(rows[list(channels)])
     rows = rows[rows["clip_id"].isin(needed)]
     top = _top(rows[list(channels)].to_numpy("float64"))
     by_clip = dict(iter(rows.groupby("clip_id")))
@@ -113,7 +119,7 @@ def _region(
         note = "" if pd.isna(name.note) else name.note
         source = "named by a person" if name.source == "human" else "proposed by the rule"
         found.append(Cluster(name.cluster, name.action, name.share, source, note, drawn))
-    return Region(region, channels, found, top, "")
+    return Region(region, channels, left_out, found, top, "")
 
 
 def _ordered(names: pd.DataFrame) -> pd.DataFrame:

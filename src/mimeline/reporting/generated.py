@@ -10,8 +10,8 @@ import pandas as pd
 from mimeline import tables
 from mimeline.reporting import words
 from mimeline.reporting.drawing import Scale, curve, second_ticks
-from mimeline.reporting.timelines import choose, stretches
-from mimeline.vocabulary import ACTIONS, CHANNELS, TRACKS
+from mimeline.reporting.timelines import Stretch, choose, stretches, within
+from mimeline.vocabulary import CHANNELS, TRACKS
 
 WIDTH, LEFT, RIGHT, TOP, ROW, PLOT, HEAD = 860, 112, 96, 6, 64, 54, 13
 LONGEST_S = 10.0
@@ -29,15 +29,6 @@ CURVES: dict[str, tuple[tuple[str, str], ...]] = {
 
 
 @dataclass(frozen=True)
-class Band:
-    action: str
-    x: float
-    width: float
-    label: str
-    title: str
-
-
-@dataclass(frozen=True)
 class Trace:
     """A channel's curves: of the generated motion and, fainter, of the real clip."""
 
@@ -52,7 +43,7 @@ class Trace:
 class Plot:
     name: str
     y: float
-    bands: list[Band]
+    bands: list[Stretch]
     traces: list[Trace]
     zero: float | None
     scale: str
@@ -175,8 +166,7 @@ def _plot(
                 top + 25 + 16 * place,
             )
         )
-    runs = [run for run in stretches(asked, track) if run[1] < end]
-    bands = [_band(*run, end, x, fps) for run in runs]
+    bands = within(stretches(asked, track), (fps, 0, end), x, "asked for")
     return Plot(words.TRACK_NAMES[track], top, bands, traces, y(0) if angle else None, scale)
 
 
@@ -186,16 +176,6 @@ def _values(
     motion = motion[motion["frame"] < end]
     values = motion[channel].to_numpy("float64")
     return motion["frame"].to_numpy("int64"), np.degrees(values) if angle else values
-
-
-def _band(action: str, first: int, stop: int, end: int, x: Scale, fps: float) -> Band:
-    a, b = x(first), x(min(stop, end))
-    label = words.short(action) if action in ACTIONS else ""
-    fits = b - a > len(label) * 5.9 + 8
-    title = (
-        f"{words.spaced(action)} asked for: frames {first}–{stop - 1}, {(stop - first) / fps:.2f} s"
-    )
-    return Band(action, a, round(max(b - a, 1.0), 1), label if fits else "", title)
 
 
 assert set(CURVES) == set(TRACKS)

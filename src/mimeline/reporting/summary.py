@@ -37,7 +37,7 @@ def figures(
     if scored.mean is not None:
         shown.append(Figure(words.score(scored.mean), "annotation F1", "mean of brow, eye, mouth"))
     for model in models:
-        told = model.tas.get("guided", model.tas.get("request"))
+        told = model.tas.get("request")
         if told is not None:
             empty = model.tas.get("empty")
             context = "" if empty is None else f"{words.score(empty)} when told nothing happens"

@@ -18,7 +18,7 @@ ROW, BAR, TRUTH, TOP = 25, 13, 4, 4
 LONGEST_S = 12.0  # of a longer clip, the part richest in actions is drawn
 LETTER = 5.9  # width of a letter of a label
 PARTS = {"train": "training", "val": "validation", "test": "test", "no": "in no"}
-UNKNOWN = "?"  # a stretch that was not measured
+GAP = "?"  # a stretch that was not measured
 
 
 @dataclass(frozen=True)
@@ -164,8 +164,8 @@ def _picture(
             for row in own[own["track"] == track].itertuples()
             if row.start_frame < end and row.end_frame > start
         ]
-        known = _within(stretches(true, track), span, x, "truth")
-        gaps = _within(stretches(marks, track, gaps=True), span, x, "not measured")
+        known = within(stretches(true, track), span, x, "truth")
+        gaps = within(stretches(marks, track, gaps=True), span, x, "not measured")
         name = words.TRACK_NAMES[track]
         rows.append(Row(name, TOP + place * ROW, measured, drawn, known, gaps))
     seconds = (end - start) / fps
@@ -179,9 +179,13 @@ def _picture(
     return Picture(clip, about, rows, ticks, height, x(end), len(true) > 0)
 
 
-def _within(
+def within(
     runs: list[tuple[str, int, int]], span: tuple[float, int, int], x: Scale, facts: str
 ) -> list[Stretch]:
+    """The runs (action, first frame, end frame) that reach into span: fps and frames [first, end).
+
+    facts: what the titles say after name and length.
+    """
     _, start, end = span
     return [_stretch(*run, span, x, facts) for run in runs if run[1] < end and run[2] > start]
 
@@ -213,7 +217,7 @@ def stretches(frames: pd.DataFrame, track: str, gaps: bool = False) -> list[tupl
     """
     if frames.empty:
         return []
-    names = np.array(["", *track_actions(track), UNKNOWN], dtype=object)
+    names = np.array(["", *track_actions(track), GAP], dtype=object)
     marks = frames[list(track_actions(track))].to_numpy("float64", na_value=np.nan)  # (n, actions)
     unknown = np.isnan(marks).any(axis=1)
     code = np.where((marks == 1).any(axis=1), (marks == 1).argmax(axis=1) + 1, 0)
@@ -223,5 +227,5 @@ def stretches(frames: pd.DataFrame, track: str, gaps: bool = False) -> list[tupl
     first = frames["frame"].to_numpy("int64")[rows]
     runs = zip(names[code[rows]], first, lengths, strict=True)
     return [
-        (str(name), int(a), int(a + n)) for name, a, n in runs if name and (name == UNKNOWN) == gaps
+        (str(name), int(a), int(a + n)) for name, a, n in runs if name and (name == GAP) == gaps
     ]

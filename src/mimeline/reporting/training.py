@@ -22,10 +22,9 @@ REGIONS = {
     "gaze": "gaze",
     "head": "head",
 }
-VARIANTS = ("guided", "request", "empty", "unconditional")
+VARIANTS = ("request", "empty", "unconditional")
 VARIANT_WORDS = {
     "request": "told the timeline",
-    "guided": "told the timeline, guided",
     "empty": "told that nothing happens",
     "unconditional": "told nothing",
     "real": "the clips themselves",

@@ -3,9 +3,7 @@
 import torch
 from torch import Tensor
 
-from mimeline.vocabulary import ACTIONS, CONTROL_REGIONS
-
-DROPPED = -1.0
+from mimeline.vocabulary import ACTIONS, CONTROL_REGIONS, UNKNOWN
 
 
 def drop_regions(
@@ -21,4 +19,4 @@ def drop_regions(
     each = torch.rand(batch, len(CONTROL_REGIONS), generator=generator) < p_each  # (B, 5)
     dropped = torch.where(lot < p_all, True, (lot >= p_all + p_none) & each)  # (B, 5)
     region = [CONTROL_REGIONS.index(action.control_region) for action in ACTIONS.values()]
-    return timeline.masked_fill(dropped[:, None, region], DROPPED)  # (B, L, 16)
+    return timeline.masked_fill(dropped[:, None, region], UNKNOWN)  # (B, L, 16)

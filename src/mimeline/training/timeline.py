@@ -22,13 +22,15 @@ def denoising_loss(
     """Mean square error of the predicted clean motion (Ma et al. 2025, equation 1).
 
     timeline (B, L, 16): the batch's, or what condition dropout left of it. Steps are drawn evenly;
-    frames that are not valid do not count.
+    the mean is over the measured values, which lie in valid frames.
     """
     step = torch.randint(len(model.schedule), (len(batch.motion),), generator=generator)  # (B,)
     eps = torch.randn(batch.motion.shape, generator=generator)  # (B, L, D)
     noisy = add_noise(batch.motion, eps, *model.schedule.at(step, batch.motion))
-    error = (model(noisy, step, timeline, batch.valid) - batch.motion).square().mean(dim=-1)
-    return error[batch.valid].mean()
+    error = (model(noisy, step, timeline, batch.valid) - batch.motion).square()  # (B, L, D)
+    frames = error.masked_fill(~batch.measured, 0.0).mean(dim=-1)  # (B, L)
+    share = batch.measured[batch.valid].float().mean()  # of the values of valid frames
+    return frames[batch.valid].mean() / share
 
 
 def train_timeline(

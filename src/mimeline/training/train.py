@@ -45,6 +45,8 @@ def train(
     origin = checkpoints.provenance([*motions, *frames, split, statistics], options["seed"])
     n_frames = sum(int(clip.valid.sum()) for clip in data["train"])
     log.info("%d clips, %d valid frames to train on", len(data["train"]), n_frames)
+    if partly := sum(not clip.measured.any(axis=0).all() for clip in data["train"]):
+        log.info("%d of them lack a channel, which does not count in their loss", partly)
     if n_frames < LEAST_FRAMES or not normaliser.channels:
         why = f"the train part has {n_frames} valid frames of {len(normaliser.channels)} channels"
         log.warning("nothing is trained: %s", why)

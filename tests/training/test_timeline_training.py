@@ -1,0 +1,67 @@
+from dataclasses import replace
+
+import pytest
+import torch
+
+from mimeline import tables
+from mimeline.dataset.statistics import statistics
+from mimeline.dataset.windows import Batch
+from mimeline.models.timeline import TimelineModel
+from mimeline.training import checkpoint as checkpoints
+from mimeline.training.timeline import denoising_loss
+
+CHANNEL_NAMES = ("browInnerUp", "jawOpen", "head_yaw_left")
+SHAPE = {"width": 16, "heads": 2, "base_layers": 1, "branch_layers": 1, "diffusion_steps": 100}
+
+
+@pytest.fixture
+def batch() -> Batch:
+    """Two clips of six frames, of which the second lacks the head; two frames are not valid."""
+    motion = torch.randn(2, 6, 3, generator=torch.Generator().manual_seed(0))
+    valid = torch.ones(2, 6, dtype=torch.bool)
+    valid[1, 4:] = False
+    measured = valid[..., None].repeat(1, 1, 3)
+    measured[1, :, 2] = False
+    return Batch(("a", "b"), motion * measured, torch.zeros(2, 6, 16), valid, measured)
+
+
+def perfect(batch: Batch, wrong: torch.Tensor):
+    """A model that gives the batch's motion, off by `wrong` (B, L, D)."""
+    model = TimelineModel(CHANNEL_NAMES, **SHAPE)
+    model.forward = lambda *_: batch.motion + wrong
+    return model
+
+
+def loss_of(batch: Batch, wrong: torch.Tensor) -> float:
+    generator = torch.Generator().manual_seed(1)
+    return denoising_loss(perfect(batch, wrong), batch, batch.timeline, generator).item()
+
+
+def test_what_was_not_measured_does_not_count_in_the_loss(batch):
+    assert loss_of(batch, 100.0 * ~batch.measured) == 0.0
+
+
+def test_the_loss_is_the_mean_over_what_was_measured(batch):
+    wrong = torch.randn(2, 6, 3, generator=torch.Generator().manual_seed(2))
+    expected = wrong[batch.measured].square().mean().item()
+    assert loss_of(batch, wrong) == pytest.approx(expected)
+    whole = replace(batch, measured=batch.valid[..., None].expand(2, 6, 3))
+    assert loss_of(whole, wrong) == pytest.approx(wrong[batch.valid].square().mean().item())
+
+
+def test_clips_without_a_head_still_train(world, tmp_path, caplog):
+    motion = tables.read(tables.MOTION, world.motion)
+    head = motion["head_yaw_left"].where(motion["clip_id"] == "one")
+    motion = motion.assign(head_yaw_left=head)
+    files = {name: tmp_path / f"{name}.parquet" for name in ("motion", "statistics")}
+    headless = replace(world, **files)
+    tables.write(tables.MOTION, motion, headless.motion)
+    trained_on = statistics(motion[motion["clip_id"] != "val"])
+    tables.write(tables.STATISTICS, trained_on, headless.statistics)
+    with caplog.at_level("INFO"):
+        checkpoint = headless.train(tmp_path / "timeline")
+    assert "3 clips, 114 valid frames to train on" in caplog.text
+    assert "2 of them lack a channel" in caplog.text
+    assert set(checkpoints.load(checkpoint).normaliser.channels) == set(CHANNEL_NAMES)
+    checked = checkpoints.losses(checkpoint)["val_loss"]  # of a clip without a head
+    assert checked.iloc[-1] < 0.9 * checked.iloc[0]
