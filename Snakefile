@@ -1,3 +1,5 @@
+from pathlib import Path
+
 from snakemake.utils import min_version
 
 from mimeline.vocabulary import SERIES_REGIONS, resource
@@ -45,3 +47,10 @@ rule all:
     default_target: True
     input:
         "<results>/report/index.html",
+
+
+onsuccess:
+    if (
+        page := Path(workflow.pathvars.apply("<results>/report/index.html"))
+    ).exists():
+        print(f"mimeline: the report is {page}", flush=True)

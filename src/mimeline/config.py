@@ -230,7 +230,7 @@ class Config(Section):
     shards: Annotated[int, Field(ge=1, le=1000)] = Field(
         2, description="parts that the clips are worked on in"
     )
-    pathvars: dict[str, str] = Field(
+    pathvars: dict[Literal["results", "logs", "benchmarks"], str] = Field(
         {}, description="where the results go: {results: results-mine}; logs and benchmarks within"
     )
     toy: Toy = Toy()
@@ -291,6 +291,8 @@ def _problem(problem: dict[str, Any], file: str) -> BadConfig:
 def _expected(problem: dict[str, Any], key: str) -> str:
     if problem["type"] == "string_pattern_mismatch" and key.endswith("fps"):
         return "a rate like 30 or 30000/1001"
+    if problem["type"] == "model_type":
+        return "keys and values"
     if problem["type"] != "extra_forbidden":
         return problem["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
     section: Any = Config

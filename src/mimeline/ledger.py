@@ -1,5 +1,6 @@
 """The ledger: what was decided on each clip at a stage, and the law that no clip is lost."""
 
+import logging
 from collections import Counter
 from collections.abc import Collection, Iterable
 from pathlib import Path
@@ -7,6 +8,8 @@ from pathlib import Path
 import pandas as pd
 
 from mimeline import tables
+
+TOLD = 3  # failed clips that the log names
 
 
 class Ledger:
@@ -57,6 +60,15 @@ class Ledger:
             raise AssertionError(f"{self.stage}: no decision explains the clips {sorted(lost)}")
         rows = pd.DataFrame(list(self.rows.values()), columns=tables.LEDGER.schema.names)
         tables.write(tables.LEDGER, rows, path)
+
+    def tell(self, log: logging.Logger) -> None:
+        """Log the counts, and of the first clips that failed, why."""
+        log.info("%s", self)
+        failed = [row for row in self.rows.values() if row["status"] == "failed"]
+        for row in failed[:TOLD]:
+            log.warning("%s %s: %s", row["clip_id"], row["rule"], row["detail"])
+        if len(failed) > TOLD:
+            log.warning("and %d more: the ledger and the report have them all", len(failed) - TOLD)
 
     def __str__(self) -> str:
         statuses = Counter(row["status"] for row in self.rows.values())

@@ -113,6 +113,8 @@ def stage(snakemake) -> Iterator[SimpleNamespace]:
     except MimelineError as error:
         logging.getLogger(PACKAGE).error("%s", error)
         sys.exit(1)
+    except KeyboardInterrupt:
+        sys.exit(130)
     except Exception:
         logging.getLogger(PACKAGE).exception("an error of mimeline's own; please report it")
         sys.exit(1)

@@ -3,7 +3,7 @@ import pandas as pd
 import pytest
 
 from mimeline import tables
-from mimeline.annotation.exemplars import choose, intervals_of, table
+from mimeline.annotation.exemplars import choose, cluster_runs
 
 # clip, cluster, frames, margin and value of each run; cluster 0 has four intervals, 1 has one
 RUNS = [
@@ -37,7 +37,7 @@ def chosen():
 def test_intervals_are_half_open_and_never_reach_over_a_clip_or_a_gap():
     clusters, _ = clusters_of([*RUNS, ("d", 0, 4, 2.0, 0.0)])
     clusters = clusters[~((clusters["clip_id"] == "b") & (clusters["frame"] == 3))]
-    runs = intervals_of(clusters)
+    runs = cluster_runs(clusters)
     keys = ["clip_id", "cluster", "start_frame", "end_frame"]
     assert runs[keys].to_numpy().tolist() == [
         ["a", 0, 0, 4],
@@ -89,7 +89,7 @@ def test_no_random_exemplars_may_be_asked_for():
 
 
 def test_the_table_of_a_region_keeps_its_contract(chosen, tmp_path):
-    tables.write(tables.EXEMPLARS, table("brow", chosen), tmp_path / "exemplars.parquet")
+    tables.write(tables.EXEMPLARS, chosen.assign(region="brow"), tmp_path / "exemplars.parquet")
     rows = tables.read(tables.EXEMPLARS, tmp_path / "exemplars.parquet")
     assert set(rows["region"]) == {"brow"}
     assert len(rows) == len(chosen)
@@ -98,4 +98,4 @@ def test_the_table_of_a_region_keeps_its_contract(chosen, tmp_path):
 def test_no_cluster_gives_no_exemplar():
     none = tables.empty(tables.CLUSTERS)
     chosen = choose(none, np.empty((0, 2)), 3, np.random.default_rng(0))
-    assert table("brow", chosen).empty
+    assert chosen.empty

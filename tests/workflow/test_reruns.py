@@ -10,7 +10,7 @@ import yaml
 
 from mimeline.config import Config, Section
 
-AFTER_POSE = {"series", "segment", "label", "annotate", "split", "train", "evaluate"}
+AFTER_POSE = {"series", "segment", "exemplars", "label", "annotate", "split", "train", "evaluate"}
 AFTER_POSE |= {"evaluate_annotation", "report"}
 AFTER_LABEL = {"annotate", "train", "evaluate", "evaluate_annotation", "report"}
 
@@ -26,12 +26,13 @@ USERS: dict[str, set[str]] = {
     "series.side": {
         "series",
         "segment",
-        "label",
+        "exemplars",
         "evaluate_annotation",
         "report",
     },
     "segment": {"segment"},
-    "label": {"label"},
+    "label": {"exemplars"},
+    "label.file": {"label"},
     "annotate": {"annotate", "evaluate_annotation", "evaluate", "report"},
     "split": {"split"},
     "train.timeline": {"train"},
@@ -177,8 +178,8 @@ DRY_RUNS = {
     "ingest.max_missing": (0.2, {"ingest", "pose"} | AFTER_POSE),
     "pose.max_yaw_deg": (30, {"pose"} | AFTER_POSE),
     "series.null_length": (50, AFTER_POSE - {"split"}),
-    "segment.brow.beta": (6, {"segment", "label"} | AFTER_LABEL),
-    "label.n_random": (2, {"label"} | AFTER_LABEL),
+    "segment.brow.beta": (6, {"segment", "exemplars", "label"} | AFTER_LABEL),
+    "label.n_random": (2, {"exemplars", "label"} | AFTER_LABEL),
     "annotate.closed": (0.4, AFTER_LABEL),
     "split.seed": (1, {"split", "train", "evaluate", "report"}),
     "train.timeline.steps": (11, {"train", "evaluate", "report"}),
@@ -205,7 +206,7 @@ def test_changed_code_reruns_what_imports_it_and_a_comment_does_not(toy_run):
         rerun = toy_run.would_rerun()
     finally:
         path.write_text(text)
-    assert {"label", "annotate", "report"} <= rerun
+    assert {"exemplars", "label", "annotate", "report"} <= rerun
     assert not rerun & {"toy", "catalogue", "select", "ingest", "pose", "segment", "split"}
 
 
@@ -217,5 +218,5 @@ def test_a_changed_resource_table_reruns_the_rules_that_use_it(toy_run):
         rerun = toy_run.would_rerun()
     finally:
         path.write_text(text)
-    assert "label" in rerun
+    assert "exemplars" in rerun
     assert "segment" not in rerun

@@ -43,19 +43,43 @@ rule segment:
         "../scripts/segment.py"
 
 
-rule label:
+rule exemplars:
     input:
         series=expand("<results>/series/{region}.parquet", region=SERIES_REGIONS),
         clusters=expand(
             "<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS
         ),
         models=expand("<results>/segment/{region}/model", region=SERIES_REGIONS),
-        proposals=resource("proposals.csv"),
+        rules=resource("proposals.csv"),
+    output:
+        proposed="<results>/label/proposed.parquet",
+        names="<results>/label/labels.yaml",
+        exemplars="<results>/label/exemplars.parquet",
+    log:
+        "<logs>/exemplars.log",
+    benchmark:
+        "<benchmarks>/exemplars.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        n_random=lookup("label/n_random", within=config),
+        seed=lookup("label/seed", within=config),
+        side=lookup("series/side", within=config),
+        code=code_digest("mimeline.annotation.exemplars"),
+    message:
+        "Choosing exemplars of the clusters, proposing names"
+    script:
+        "../scripts/exemplars.py"
+
+
+rule label:
+    input:
+        proposed="<results>/label/proposed.parquet",
+        models=expand("<results>/segment/{region}/model", region=SERIES_REGIONS),
         file=config["label"]["file"] or [],
     output:
         labels="<results>/label/labels.parquet",
-        names="<results>/label/labels.yaml",
-        exemplars="<results>/label/exemplars.parquet",
     log:
         "<logs>/label.log",
     benchmark:
@@ -64,8 +88,7 @@ rule label:
     resources:
         mem_mb=1000,
     params:
-        label=lookup("label", within=config),
-        side=lookup("series/side", within=config),
+        file=lookup("label/file", within=config),
         code=code_digest("mimeline.annotation.labels"),
     message:
         "Naming the clusters"

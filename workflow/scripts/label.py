@@ -8,13 +8,8 @@ if TYPE_CHECKING:
 
 with stage(snakemake) as job:
     label(
-        series=by_region(job.input.series),
-        clusters=by_region(job.input.clusters),
+        proposed=job.input.proposed,
         models=by_region(job.input.models),
-        proposals=job.input.proposals,
         labels=job.output.labels,
-        names=job.output.names,
-        exemplars=job.output.exemplars,
-        side=job.params.side,
-        **job.params.label,
+        file=job.params.file,
     )

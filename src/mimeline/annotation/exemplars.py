@@ -1,13 +1,76 @@
-"""A few intervals per cluster for a person to look at before naming it."""
+"""A few intervals per cluster for a person to look at, and the name that a rule proposes."""
+
+import logging
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
+import yaml
 
 from mimeline import tables
+from mimeline.annotation.proposals import propose, read_proposals
+from mimeline.annotation.region_model import RegionModel
 from mimeline.annotation.runs import run_starts
+from mimeline.annotation.series import sequences
+from mimeline.vocabulary import series_channels
+
+log = logging.getLogger(__name__)
+
+HEADER = """\
+# Proposed names of the clusters. To change them, copy this file to config/labels/, edit it, and set
+# label.file to it. A cluster is named by an action of its region or Neutral, or by
+# {action: BrowUp, note: strong}. `model` tells which fitted model the names belong to.
+"""
 
 
-def intervals_of(clusters: pd.DataFrame) -> pd.DataFrame:
+def exemplars(
+    series: dict[str, Path],
+    clusters: dict[str, Path],
+    models: dict[str, Path],
+    rules: Path,
+    proposed: Path,
+    names: Path,
+    exemplars: Path,
+    side: str,
+    n_random: int,
+    seed: int,
+) -> None:
+    """Propose a name for every cluster and choose what a person looks at before naming it.
+
+    series, clusters, models: by region. rules: of the proposals. proposed: a `labels` table to
+    write; names: the same as a label file to start from; exemplars: a table.
+    """
+    read = read_proposals(rules)
+    rows, shown, written = [], [], {}
+    for number, region in enumerate(series):
+        assigned = tables.read(tables.CLUSTERS, clusters[region])
+        if assigned.empty:
+            continue
+        frames, _ = sequences(tables.read(tables.SERIES[region, side], series[region]))
+        values = frames[list(series_channels(region, side))].to_numpy("float64")
+        assigned = assigned.merge(frames[["clip_id", "frame"]], how="right")  # in series order
+        ids = assigned["cluster"].to_numpy("int64")
+        proposals = propose(region, values, ids, read)
+        counts = np.bincount(ids)
+        for cluster, action in proposals.items():
+            share = counts[cluster] / len(ids)
+            rows.append((region, cluster, action, None, "proposed", share))
+        fingerprint = RegionModel.load(models[region]).fingerprint()
+        written[region] = {"model": fingerprint, "clusters": proposals}
+        rng = np.random.default_rng([seed, number])  # one region's refit keeps the others' choice
+        shown.append(choose(assigned, values, n_random, rng).assign(region=region))
+        log.info("%s: names proposed for %d clusters", region, len(proposals))
+
+    reason = "" if rows else "no region could be segmented"
+    table = pd.DataFrame(rows, columns=tables.LABELS.schema.names)
+    tables.write(tables.LABELS, table, proposed, reason)
+    chosen = pd.concat(shown) if shown else tables.empty(tables.EXEMPLARS)
+    tables.write(tables.EXEMPLARS, chosen, exemplars, reason)
+    text = HEADER + yaml.safe_dump(written, sort_keys=False)
+    Path(names).write_text(text, encoding="utf-8")
+
+
+def cluster_runs(clusters: pd.DataFrame) -> pd.DataFrame:
     """Runs of one cluster.
 
     clusters: the `clusters` table. Returns clip_id, cluster, start_frame, end_frame (half-open) and
@@ -39,7 +102,7 @@ def choose(
     of median length or longer, whose mean lies nearest to the cluster's; the border interval has
     the least mean margin to another cluster.
     """
-    runs = intervals_of(clusters)
+    runs = cluster_runs(clusters)
     if runs.empty:
         return runs.assign(kind="")[["cluster", "clip_id", "start_frame", "end_frame", "kind"]]
     lengths = (runs["end_frame"] - runs["start_frame"]).to_numpy()
@@ -60,8 +123,3 @@ def choose(
         for kind, picked in picks.items():
             chosen.append(runs.loc[picked].assign(cluster=cluster, kind=kind))
     return pd.concat(chosen)[["cluster", "clip_id", "start_frame", "end_frame", "kind"]]
-
-
-def table(region: str, chosen: pd.DataFrame) -> pd.DataFrame:
-    """The exemplars of a region in the columns of the `exemplars` table."""
-    return chosen.assign(region=region)[tables.EXEMPLARS.schema.names]

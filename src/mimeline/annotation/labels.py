@@ -1,101 +1,49 @@
-"""Names of clusters: proposed by a rule, overridden by a person's file, never silently stale."""
+"""Names of clusters: the proposed ones, overridden by a person's file, never silently stale."""
 
 import logging
 from pathlib import Path
 
-import numpy as np
-import pandas as pd
 import yaml
 
 from mimeline import tables
-from mimeline.annotation.exemplars import choose
-from mimeline.annotation.exemplars import table as exemplar_rows
-from mimeline.annotation.proposals import propose, read_proposals
-from mimeline.annotation.region_model import RegionModel
-from mimeline.annotation.series import sequences
+from mimeline.annotation.region_model import read_models
 from mimeline.errors import BadLabels
-from mimeline.vocabulary import NEUTRAL, series_actions, series_channels
+from mimeline.vocabulary import NEUTRAL, series_actions
 
 log = logging.getLogger(__name__)
 
-HEADER = """\
-# Names of the clusters. To change them, copy this file to config/labels/, edit it, and set
-# label.file to it. A cluster is named by an action of its region or Neutral, or by
-# {action: BrowUp, note: strong}. `model` tells which fitted model the names belong to.
-"""
 
+def label(proposed: Path, models: dict[str, Path], labels: Path, file: str | None) -> None:
+    """Name every cluster: as proposed, or as a person's file says.
 
-def label(
-    series: dict[str, Path],
-    clusters: dict[str, Path],
-    models: dict[str, Path],
-    proposals: Path,
-    labels: Path,
-    names: Path,
-    exemplars: Path,
-    side: str,
-    file: str | None,
-    n_random: int,
-    seed: int,
-) -> None:
-    """Name every cluster of every region.
-
-    series, clusters, models: by region. proposals: the table of rules. labels, exemplars: tables to
-    write; names: the same names as YAML, to start from. file: a person's YAML, which overrides.
+    proposed, labels: `labels` tables in and out. models: folders by region. file: a person's YAML;
+    clusters that it leaves out keep their proposal.
     Raises BadLabels where the file names an unknown region, cluster or action, or was made for
     another model.
     """
+    rows = tables.read(tables.LABELS, proposed)
     given = read_labels(file) if file else {}
-    rules = read_proposals(proposals)
-    rows, shown, written = [], [], {}
-    if unknown := sorted(set(given) - set(series), key=str):
+    if unknown := sorted(set(given) - set(models), key=str):
         raise BadLabels(
             file,
             found=f"region {unknown[0]!r}",
-            expected=f"one of {', '.join(series)}",
+            expected=f"one of {', '.join(models)}",
             remedy="Correct the region's name.",
         )
-    for number, region in enumerate(series):
-        assigned = tables.read(tables.CLUSTERS, clusters[region])
-        if assigned.empty:
-            if region in given:
-                log.warning("%s is not segmented, so its names in %s go unused", region, file)
-            continue
-        frames, _ = sequences(tables.read(tables.SERIES[region, side], series[region]))
-        values = frames[list(series_channels(region, side))].to_numpy("float64")
-        assigned = assigned.merge(frames[["clip_id", "frame"]], how="right")  # in series order
-        ids = assigned["cluster"].to_numpy("int64")
-        fingerprint = RegionModel.load(models[region]).fingerprint()
-        proposed = propose(region, values, ids, rules)
-        human = {}
+    for region, fitted in read_models(models).items():
+        own = rows["region"] == region
         if region in given:
-            human = _checked(file, region, given[region], fingerprint, proposed)
-        counts = np.bincount(ids)
-        for cluster, action in proposed.items():
-            named = human.get(cluster)
-            rows.append(
-                {
-                    "region": region,
-                    "cluster": cluster,
-                    "action": named["action"] if named else action,
-                    "note": named["note"] if named else None,
-                    "source": "human" if named else "proposed",
-                    "share": counts[cluster] / len(ids),
-                }
-            )
-        written[region] = {"model": fingerprint, "clusters": _yaml_names(rows, region)}
-        rng = np.random.default_rng([seed, number])  # one region's refit keeps the others' choice
-        shown.append(exemplar_rows(region, choose(assigned, values, n_random, rng)))
-        named_by = "a person" if human else "the rule"
-        log.info("%s: %d clusters, named by %s", region, len(proposed), named_by)
-
-    reason = "" if rows else "no region could be segmented"
-    empty_rows = pd.DataFrame(columns=tables.LABELS.schema.names)
-    tables.write(tables.LABELS, pd.DataFrame(rows) if rows else empty_rows, labels, reason)
-    empty = tables.empty(tables.EXEMPLARS)
-    tables.write(tables.EXEMPLARS, pd.concat(shown) if shown else empty, exemplars, reason)
-    text = yaml.safe_dump(written, sort_keys=False) if written else "{}\n"
-    Path(names).write_text(HEADER + text, encoding="utf-8")
+            known = rows.loc[own, "cluster"].tolist()
+            human = _checked(file, region, given[region], fitted.fingerprint(), known)
+            for cluster, entry in human.items():
+                at = own & (rows["cluster"] == cluster)
+                rows.loc[at, ["action", "note"]] = entry["action"], entry["note"]
+                rows.loc[at, "source"] = "human"
+        by_person = int((rows.loc[own, "source"] == "human").sum())
+        log.info("%s: %d of %d clusters named by a person", region, by_person, own.sum())
+    for region in set(given) - set(rows["region"]):
+        log.warning("%s is not segmented, so its names in %s go unused", region, file)
+    tables.write(tables.LABELS, rows, labels, tables.reason(proposed))
 
 
 class _Loader(yaml.SafeLoader):
@@ -128,8 +76,13 @@ def read_labels(path: str) -> dict[str, dict]:
             remedy="Copy the names of the last run there, or set label.file to null.",
         ) from error
     except (yaml.YAMLError, UnicodeDecodeError) as error:
+        mark = getattr(error, "problem_mark", None)
         raise BadLabels(
-            path, found=str(error), expected="YAML", remedy="Mend the file's syntax."
+            path,
+            place=f"line {mark.line + 1}" if mark else "",
+            found=getattr(error, "problem", None) or str(error),
+            expected="YAML",
+            remedy="Mend the file's syntax.",
         ) from error
     content = {} if content is None else content
     if not isinstance(content, dict):
@@ -153,7 +106,7 @@ def read_labels(path: str) -> dict[str, dict]:
 
 
 def _checked(
-    file: str, region: str, block: dict, fingerprint: str, clusters: dict[int, str]
+    file: str, region: str, block: dict, fingerprint: str, clusters: list[int]
 ) -> dict[int, dict]:
     """A region's names, each {action, note}, once they are known to fit this model."""
     if str(block["model"]) != fingerprint:
@@ -163,8 +116,8 @@ def _checked(
             found=f"names for model {block['model']}",
             expected=f"names for model {fingerprint}",
             remedy="The clusters were fitted anew, so these names may mean other clusters: look at "
-            "the exemplars, start from the label file that this run writes without label.file, and "
-            "name them again.",
+            "the exemplars, start from the labels.yaml that was written beside them, and name the "
+            "clusters again.",
         )
     names = {}
     for cluster, name in block["clusters"].items():
@@ -189,13 +142,4 @@ def _checked(
             )
         note = entry.get("note")
         names[cluster] = {"action": entry["action"], "note": None if note is None else str(note)}
-    return names
-
-
-def _yaml_names(rows: list[dict], region: str) -> dict:
-    names = {}
-    for row in rows:
-        if row["region"] == region:
-            noted = {"action": row["action"], "note": row["note"]}
-            names[row["cluster"]] = noted if row["note"] else row["action"]
     return names

@@ -59,11 +59,6 @@ def segment(
     fitted = RegionModel(ticc, tuple(channels))
     fitted.save(model)
     tables.write(tables.CLUSTERS, fitted.decode(frames), clusters)
-    log.info(
-        "%s: %d frames in %d clusters after %d iterations, objective %.1f",
-        region,
-        len(frames),
-        n_clusters,
-        ticc.n_iter_,
-        ticc.objective_,
-    )
+    log.info("%s: %d frames in %d clusters", region, len(frames), n_clusters)
+    if not ticc.converged_:
+        log.warning("%s: labels still change after max_iter = %d iterations", region, max_iter)

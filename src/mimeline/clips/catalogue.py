@@ -79,7 +79,7 @@ def catalogue(
     for number, path in enumerate(clips):
         tables.write(tables.CLIPS, table[table["shard"] == number], path)
     decisions.close(ledger, table["clip_id"])
-    log.info("%s", decisions)
+    decisions.tell(log)
 
 
 def _printable(text: str) -> str:

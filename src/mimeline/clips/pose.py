@@ -61,7 +61,7 @@ def pose(
     table = table[table["clip_id"].isin(decisions.kept)]
     tables.write(tables.CLIPS, table, kept)
     decisions.close(ledger, table["clip_id"])
-    log.info("%s", decisions)
+    decisions.tell(log)
 
 
 def mask_turned(angles: pd.DataFrame, max_yaw: float) -> pd.DataFrame:

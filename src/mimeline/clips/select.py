@@ -53,7 +53,7 @@ def select(
     table = table[table["clip_id"].isin(decisions.kept)]
     tables.write(tables.CLIPS, table, kept)
     decisions.close(ledger, table["clip_id"])
-    log.info("%s", decisions)
+    decisions.tell(log)
 
 
 def read_exclusions(path: str) -> dict[str, str]:

@@ -56,6 +56,7 @@ def split(
     measured = statistics(motion[motion["clip_id"].isin(trained)])
     tables.write(tables.STATISTICS, measured, statistics_table)
     sizes = rows["part"].value_counts()
+    decisions.tell(log)
     log.info("%s", ", ".join(f"{part} {sizes.get(part, 0)}" for part in PARTS))
 
 

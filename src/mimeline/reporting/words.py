@@ -14,6 +14,7 @@ RULES: dict[str, str] = {
     "too_small": "the face crop is too small",
     "excluded_action": "the catalogue lists an unwanted action",
     "no_tracking_result": "no tracking result was found",
+    "longer_than_clip": "the tracking result is longer than the clip",
     "tracking_lost": "the tracker lost the face in too many frames",
     "masked": "frames without a face are masked",
     "turned": "the head turns too far",

@@ -77,7 +77,7 @@ def ingest(
     rows = pd.concat(motions) if motions else tables.empty(tables.MOTION)
     tables.write(tables.MOTION, rows, motion, reason="" if motions else "no clip came through")
     decisions.close(ledger, table["clip_id"])
-    log.info("%s", decisions)
+    decisions.tell(log)
 
 
 def _take_of(clip, folder: Path, format: str, options: dict, bad_values: str) -> Take:

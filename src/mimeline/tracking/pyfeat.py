@@ -37,7 +37,9 @@ def read(path: Path, fps: str, stride: int, bad_values: str) -> Take:
         raise BadFile(
             path, found="a header alone", expected="at least a frame", remedy="Run py-feat again."
         )
-    index = _frames(table, stride, path)
+    number, bad = numbers(table, ["frame"], path, bad_values)
+    table = table[~bad]  # a row that tells no frame is of no use; its frame is a gap
+    index = _frames(number.loc[~bad, "frame"], stride, path)
     score, _ = numbers(table, ["FaceScore"], path, bad_values, blank_ok=True)
     table = table.assign(frame=index, FaceScore=score["FaceScore"])
     table = table.sort_values("FaceScore", ascending=False, kind="stable", na_position="last")
@@ -58,21 +60,18 @@ def read(path: Path, fps: str, stride: int, bad_values: str) -> Take:
     return Take(motion, Fraction(fps) / stride)
 
 
-def _frames(table: pd.DataFrame, stride: int, path: Path) -> np.ndarray:
+def _frames(number: pd.Series, stride: int, path: Path) -> np.ndarray:
     """Frame numbers of the clock that counts every stride-th frame of the video."""
-    number, _ = numbers(table, ["frame"], path, "fail")
-    number = number["frame"].to_numpy()
     bad = (number < 0) | (number % stride != 0)
     if bad.any():
-        row = int(np.argmax(bad))
         raise BadFile(
             path,
-            place=f"line {row + 2}, column frame",
-            found=f"{number[row]:g}",
+            place=f"line {bad.idxmax() + 2}, column frame",
+            found=f"{number[bad.idxmax()]:g}",
             expected=f"a multiple of {stride}" if stride > 1 else "a whole number from 0 on",
             remedy="Set ingest.pyfeat.stride to n where every n-th frame was analysed.",
         )
-    return (number // stride).astype("int64")
+    return (number // stride).to_numpy("int64")
 
 
 def _is_expression(name: str) -> bool:

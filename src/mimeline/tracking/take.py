@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from pandas.errors import EmptyDataError
 
 from mimeline.errors import BadFile, MissingColumn
 from mimeline.vocabulary import CHANNELS, EXPRESSIONS, canonical
@@ -60,16 +61,24 @@ def read_columns(path: Path, text: tuple[str, ...] = ()) -> pd.DataFrame:
     except (ValueError, OSError, csv.Error) as error:
         raise BadFile(
             path,
-            found=str(error),
+            found="an empty file" if isinstance(error, EmptyDataError) else str(error),
             expected="a CSV table with a header",
             remedy="Export the take again.",
         ) from error
     names = [name.strip() for name in header]
+    if len(names) == 1 and (other := next((c for c in ";\t" if c in names[0]), None)):
+        raise BadFile(
+            path,
+            place="line 1",
+            found=f"columns separated by {other!r}",
+            expected="columns separated by ','",
+            remedy="Save the table with commas, and points in its numbers.",
+        )
     if not any(canonical(name) for name in names):
         raise BadFile(
             path,
             place="line 1",
-            found=", ".join(names[:3]) + ", ...",
+            found=", ".join(name[:20] for name in names[:3] if name) + " ...",
             expected="a header with channel names",
             remedy="Export the take with its header: columns are known by name, never by position.",
         )
@@ -89,7 +98,7 @@ def read_columns(path: Path, text: tuple[str, ...] = ()) -> pd.DataFrame:
             place="line 1",
             found="no such column",
             expected=", ".join(missing),
-            remedy="Export the take with all its columns.",
+            remedy="Export the take with all its columns, or correct ingest.format.",
         )
     return table
 

@@ -90,7 +90,8 @@ def fit(
             recent = []
         if now - said >= PROGRESS_S or step + 1 == steps:
             left = (now - started) / (step + 1) * (steps - step - 1)
-            log.info("step %d of %d, loss %.4f, %.0f s left", step + 1, steps, value.item(), left)
+            mean = sum(recent) / len(recent) if recent else rows[-1][1]
+            log.info("step %d of %d, mean loss %.4f, %.0f s left", step + 1, steps, mean, left)
             said = now
     columns = ["step", "loss", "val_loss", "learning_rate", "seconds"]
     return Run(model.eval(), average.model, pd.DataFrame(rows, columns=columns))
