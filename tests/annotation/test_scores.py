@@ -111,5 +111,12 @@ def test_clips_that_do_not_measure_a_region_do_not_widen_its_interval():
     assert value == low == high > 0.5
 
 
+def test_a_region_of_which_truth_holds_no_action_does_not_lift_the_mean():
+    calm = np.array([[[50, 0], [0, 0]]])
+    scored = bootstrap({"brow": clips_of(0, n=1), "closure": calm}, 20, np.random.default_rng(0))
+    assert scored["closure"][0] == 1
+    assert scored["mean"][0] == pytest.approx(scored["brow"][0])
+
+
 def test_nothing_in_common_gives_no_score():
     assert bootstrap({}, 10, np.random.default_rng(0)) == {}

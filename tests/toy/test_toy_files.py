@@ -123,7 +123,7 @@ def test_every_fault_is_listed_once_with_what_ought_to_happen(planted):
     assert planted["clip_id"].is_unique
     assert sorted(planted["fault"]) == sorted(f.name for f in faults.FAULTS)
     assert set(planted["status"]) == {"kept", "dropped", "failed"}
-    assert len(planted) == 15
+    assert len(planted) == 16
 
 
 def test_clips_too_short_and_too_long_are_so(planted, info):

@@ -58,7 +58,8 @@ def bootstrap(
     """The "mean" of the regions' macro-F1 and each region's, with 95 % intervals over clips.
 
     counts: of `confusions`. Returns region → (value, low, high); resamples whose clips have no
-    frame of a region do not count for it. Empty where nothing is measured.
+    frame of a region do not count for it. A region in which truth holds no action at all says
+    little and does not count in the mean. Empty where nothing is measured.
     """
     clips = max((len(c) for c in counts.values()), default=0)
     if not clips:
@@ -66,13 +67,19 @@ def bootstrap(
     drawn = rng.multinomial(clips, np.full(clips, 1 / clips), size=resamples)
     weights = np.concatenate([np.ones((1, clips), drawn.dtype), drawn])  # (1 + resamples, clips)
     draws = _region_means({t: np.einsum("rn,nij->rij", weights, c) for t, c in counts.items()})
-    regions = np.array(list(draws.values()))  # (regions, 1 + resamples)
+    telling = [region for region in draws if _shows_an_action(counts, region)] or list(draws)
+    regions = np.array([draws[region] for region in telling])  # (regions, 1 + resamples)
     known = np.maximum(np.isfinite(regions).sum(axis=0), np.finfo(float).tiny)
     mean = np.where(known < 1, np.nan, np.nansum(regions, axis=0) / known)
     return {
         region: (float(f1[0]), *(float(q) for q in np.nanquantile(f1[1:], [0.025, 0.975])))
         for region, f1 in {"mean": mean, **draws}.items()
     }
+
+
+def _shows_an_action(counts: dict[str, np.ndarray], region: str) -> bool:
+    """Whether truth holds an action of the region; Neutral is class 0."""
+    return any(counts[track][:, 1:].any() for track in REGION_TRACKS[region] if track in counts)
 
 
 def _region_means(confusion: dict[str, np.ndarray]) -> dict:

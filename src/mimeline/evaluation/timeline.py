@@ -45,11 +45,11 @@ def evaluate_timeline(
 
     Writes metrics (variants request: told the timeline; empty: told that nothing happens;
     unconditional: told nothing; real: the clips themselves) and generated (`motion` of the variant
-    request, under the ids of the clips whose timelines were asked for). tas is the mean over
-    regions of the macro-F1 of request and annotation (Ma et al. 2025, 4.2), its interval by
-    resampling clips. Fréchet distances are to the real clips of the requests; those of variant
-    real are the floor, from as many other real clips. velocity is the mean size of a frame's
-    change, var the mean variance, over channels.
+    request, under the ids of the clips whose timelines were asked for). tas is the mean, over the
+    regions of which an action was asked, of the macro-F1 of request and annotation (Ma et al.
+    2025, 4.2), its interval by resampling clips. Fréchet distances are to the real clips of the
+    requests; those of variant real are the floor, from as many other real clips. velocity is the
+    mean size of a frame's change, var the mean variance, over channels.
 
     annotate: closed, gaze_deg, head_deg, min_frames; resamples: of clips, behind each interval;
     options: the keys of the sampling's config section; threads: of torch. With an empty

@@ -66,6 +66,12 @@ def _cell(text: str) -> Callable[[list[str], np.random.Generator], list[str]]:
     return spoil
 
 
+def _cut_off(lines: list[str]) -> list[str]:
+    """As a full disk leaves it: the file ends in the middle of a row."""
+    half = len(lines) // 2
+    return [*lines[:half], lines[half][: len(lines[half]) // 2]]
+
+
 FAULTS: tuple[Fault, ...] = (
     Fault("too_short", "select", "dropped", planned=_lasting(3.4)),
     Fault("tracking_lost", "ingest", "dropped", written=_absent(lambda n: int(n * LOST_SHARE))),
@@ -81,6 +87,7 @@ FAULTS: tuple[Fault, ...] = (
     Fault("text_cell", "ingest", "failed", written=_cell("n/a")),
     Fault("nan_cell", "ingest", "failed", written=_cell("nan")),
     Fault("missing_file", "ingest", "failed", written=None),
+    Fault("truncated", "ingest", "failed", written=lambda lines, rng: _cut_off(lines)),
     Fault(
         "leading_dash",
         "catalogue",
