@@ -27,6 +27,10 @@ class BadFile(MimelineError):
     """A file cannot be read as what it should be."""
 
 
+class NoSuchFile(BadFile):
+    """A file is not there."""
+
+
 class MissingColumn(MimelineError):
     """A table lacks a column that is needed."""
 
@@ -37,6 +41,13 @@ class BadConfig(MimelineError):
 
 class BadLabels(MimelineError):
     """A label file does not fit the clusters or the vocabulary."""
+
+
+def unreadable(file, error: Exception, *, expected: str, remedy: str) -> BadFile:
+    """The error for a file that could not be opened or parsed, from what Python says of it."""
+    if isinstance(error, FileNotFoundError):
+        return NoSuchFile(file, found="no such file", expected=expected, remedy=remedy)
+    return BadFile(file, found=str(error), expected=expected, remedy=remedy)
 
 
 def _rebuild(kind, file, found, expected, remedy, place):

@@ -14,7 +14,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from mimeline.config import validate
-from mimeline.errors import BadConfig, BadFile, MimelineError
+from mimeline.errors import BadConfig, MimelineError, NoSuchFile
 from mimeline.vocabulary import SERIES_REGIONS, resource
 
 PACKAGE = "mimeline"
@@ -29,21 +29,21 @@ def settle_config(config: dict[str, Any]) -> dict[str, Any]:
         settled = validate(config)
     except* BadConfig as group:
         sys.exit("\n".join(f"mimeline: {problem}" for problem in group.exceptions))
-    named = {
-        "data_dir": settled["data_dir"],
-        "select.exclusions": settled["select"]["exclusions"],
-        "label.file": settled["label"]["file"],
-        "evaluate.truth": settled["evaluate"]["truth"],
-    }
+    named = (
+        ("data_dir", settled["data_dir"], "folder", Path.is_dir),
+        ("select.exclusions", settled["select"]["exclusions"], "file", Path.is_file),
+        ("label.file", settled["label"]["file"], "file", Path.is_file),
+        ("evaluate.truth", settled["evaluate"]["truth"], "folder", Path.is_dir),
+    )
     absent = [
-        BadFile(
+        NoSuchFile(
             path,
-            found="no such file or folder",
-            expected=f"what {key} names",
+            found=f"no such {kind}",
+            expected=f"the {kind} that {key} names",
             remedy=f"Correct {key}, or set it to null.",
         )
-        for key, path in named.items()
-        if path is not None and not Path(path).exists()
+        for key, path, kind, is_kind in named
+        if path is not None and not is_kind(Path(path))
     ]
     if absent:
         sys.exit("\n".join(f"mimeline: {problem}" for problem in absent))
@@ -67,12 +67,12 @@ def by_region(paths: Sequence[str]) -> dict[str, Path]:
     return {region: Path(path) for region, path in zip(SERIES_REGIONS, paths, strict=True)}
 
 
-def listing(folder: str | None, pattern: str = "**/*") -> str:
+def listing(folder: str | None) -> str:
     """Fingerprint of the files in a folder by name, size and time: new files change it."""
     if folder is None:
         return "made on the way"
     digest = hashlib.sha256()
-    for path in sorted(Path(folder).glob(pattern)):
+    for path in sorted(Path(folder).rglob("*")):
         if path.is_file():
             status = path.stat()
             entry = f"{path.relative_to(folder)}\0{status.st_size}\0{status.st_mtime_ns}\n"

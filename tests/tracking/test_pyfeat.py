@@ -32,9 +32,16 @@ def test_a_frame_that_is_no_multiple_of_the_stride_is_refused(pyfeat_rows, tmp_p
         read(pyfeat_rows.assign(frame=frames), tmp_path)
 
 
+def test_a_table_of_which_no_row_tells_its_frame_is_refused(pyfeat_rows, tmp_path):
+    with pytest.raises(BadFile, match="at least a frame"):
+        read(pyfeat_rows.assign(frame="?"), tmp_path, bad_values="mask")
+
+
 def test_an_absurd_frame_number_is_refused_before_memory_is_taken(pyfeat_rows, tmp_path):
     with pytest.raises(BadFile, match="less than 1000000 frames"):
         read(pyfeat_rows.assign(frame=[0, 2, 2_000_000_000]), tmp_path)
+    with pytest.raises(BadFile, match="less than 1000000 frames"):
+        read(pyfeat_rows.assign(frame=[0, 2, 1e30]), tmp_path)
 
 
 def test_what_the_format_lacks_is_not_measured(pyfeat_rows, tmp_path):

@@ -18,8 +18,19 @@ def complaint(done) -> str:
 
 def test_a_missing_data_dir(checkout):
     line = complaint(checkout.run("-n", "--config", "data_dir=nowhere", config=()))
-    assert "nowhere: found no such file or folder" in line
+    assert "nowhere: found no such folder" in line
     assert "Correct data_dir" in line
+
+
+def test_a_file_is_no_data_dir(checkout):
+    line = complaint(checkout.run("-n", "--config", "data_dir=Snakefile", config=()))
+    assert "Snakefile: found no such folder" in line
+
+
+def test_a_label_file_that_is_not_there(checkout):
+    line = complaint(checkout.run("-n", "--config", "label={file: nope.yaml}", config=()))
+    assert "nope.yaml: found no such file" in line
+    assert "label.file" in line
 
 
 def test_an_unknown_key(checkout):

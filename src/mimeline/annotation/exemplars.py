@@ -40,7 +40,7 @@ def exemplars(
     series, clusters, models: by region. rules: of the proposals. proposed: a `labels` table to
     write; names: the same as a label file to start from; exemplars: a table.
     """
-    read = read_proposals(rules)
+    limits = read_proposals(rules)
     rows, shown, written = [], [], {}
     for number, region in enumerate(series):
         assigned = tables.read(tables.CLUSTERS, clusters[region])
@@ -50,7 +50,7 @@ def exemplars(
         values = frames[list(series_channels(region, side))].to_numpy("float64")
         assigned = assigned.merge(frames[["clip_id", "frame"]], how="right")  # in series order
         ids = assigned["cluster"].to_numpy("int64")
-        proposals = propose(region, values, ids, read)
+        proposals = propose(region, values, ids, limits)
         counts = np.bincount(ids)
         for cluster, action in proposals.items():
             share = counts[cluster] / len(ids)

@@ -18,7 +18,7 @@ from mimeline.tracking.readers import read_take
 
 log = logging.getLogger(__name__)
 
-SAFE_ID = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,199}")  # a plain file name on any system
+SAFE_ID = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,199}")  # a plain file name
 
 
 def catalogue(

@@ -3,7 +3,7 @@
 import json
 from pathlib import Path
 
-from mimeline.errors import BadFile
+from mimeline.errors import BadFile, unreadable
 
 LARGEST_SHARE = 2.0  # of a box's edge; a face crop in pixels is larger
 
@@ -76,10 +76,9 @@ def _json(path: Path) -> dict:
     try:
         text = path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        missing = isinstance(error, FileNotFoundError)
-        raise BadFile(
+        raise unreadable(
             path,
-            found="no such file" if missing else str(error),
+            error,
             expected="a CelebV-Text catalogue",
             remedy="Name the file in catalogue.celebvtext, or set data_dir to its folder.",
         ) from error

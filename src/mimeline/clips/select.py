@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 
 from mimeline import tables
-from mimeline.errors import BadFile, MissingColumn
+from mimeline.errors import MissingColumn, unreadable
 from mimeline.ledger import Ledger
 
 log = logging.getLogger(__name__)
@@ -61,10 +61,9 @@ def read_exclusions(path: str) -> dict[str, str]:
     try:
         rows = pd.read_csv(path, dtype=str, keep_default_na=False)
     except (OSError, ValueError) as error:
-        missing = isinstance(error, FileNotFoundError)
-        raise BadFile(
+        raise unreadable(
             path,
-            found="no such file" if missing else str(error),
+            error,
             expected="a CSV of clip_id and reason",
             remedy="Write it, or set select.exclusions to null.",
         ) from error

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from mimeline import tables
-from mimeline.errors import MimelineError
+from mimeline.errors import MimelineError, NoSuchFile
 from mimeline.ledger import Ledger
 from mimeline.tracking.readers import read_take
 from mimeline.tracking.take import Take
@@ -43,7 +43,7 @@ def ingest(
         try:
             take = _take_of(clip, folder, format, options, bad_values)
         except MimelineError as error:
-            rule = "no_tracking_result" if error.found == "no such file" else "unreadable"
+            rule = "no_tracking_result" if isinstance(error, NoSuchFile) else "unreadable"
             decisions.fail(clip.clip_id, rule, detail=str(error))
             continue
         n_frames, expected = len(take.motion), (clip.end_s - clip.start_s) * float(take.fps)

@@ -13,7 +13,15 @@ import numpy as np
 import pandas as pd
 
 from mimeline.errors import BadFile
-from mimeline.tracking.take import Take, angles, assemble, expressions, numbers, read_columns
+from mimeline.tracking.take import (
+    MOST_FRAMES,
+    Take,
+    angles,
+    assemble,
+    expressions,
+    numbers,
+    read_columns,
+)
 from mimeline.vocabulary import EXPRESSIONS, canonical
 
 SIGNS = {
@@ -33,12 +41,12 @@ def read(path: Path, fps: str, stride: int, bad_values: str) -> Take:
     Raises BadFile or MissingColumn with line and column.
     """
     table = read_columns(path, text=("frame", "FaceScore"))
-    if table.empty:
-        raise BadFile(
-            path, found="a header alone", expected="at least a frame", remedy="Run py-feat again."
-        )
     number, bad = numbers(table, ["frame"], path, bad_values)
     table = table[~bad]  # a row that tells no frame is of no use; its frame is a gap
+    if table.empty:
+        raise BadFile(
+            path, found="no row", expected="at least a frame", remedy="Run py-feat again."
+        )
     index = _frames(number.loc[~bad, "frame"], stride, path)
     score, _ = numbers(table, ["FaceScore"], path, bad_values, blank_ok=True)
     table = table.assign(frame=index, FaceScore=score["FaceScore"])
@@ -71,7 +79,7 @@ def _frames(number: pd.Series, stride: int, path: Path) -> np.ndarray:
             expected=f"a multiple of {stride}" if stride > 1 else "a whole number from 0 on",
             remedy="Set ingest.pyfeat.stride to n where every n-th frame was analysed.",
         )
-    return (number // stride).to_numpy("int64")
+    return np.minimum(number // stride, MOST_FRAMES).to_numpy("int64")
 
 
 def _is_expression(name: str) -> bool:

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from mimeline.errors import BadFile, MissingColumn
+from mimeline.errors import BadFile, MissingColumn, unreadable
 
 
 def read_sixdrepnet(path: Path) -> pd.DataFrame:
@@ -16,19 +16,12 @@ def read_sixdrepnet(path: Path) -> pd.DataFrame:
     """
     try:
         table = pd.read_csv(path, dtype={"clip_id": str})
-    except FileNotFoundError as error:
-        raise BadFile(
-            path,
-            found="no such file",
-            expected="a table of 6DRepNet angles",
-            remedy="Name it in pose.sixdrepnet.file, or set pose.format: motion.",
-        ) from error
     except (ValueError, OSError) as error:
-        raise BadFile(
+        raise unreadable(
             path,
-            found=str(error),
+            error,
             expected="a CSV of 6DRepNet angles",
-            remedy="Write it anew, with columns clip_id, frame, pitch, yaw, roll.",
+            remedy="Name it in pose.sixdrepnet.file, or set pose.format: motion.",
         ) from error
     needed = ["clip_id", "frame", "pitch", "yaw", "roll"]
     if missing := [name for name in needed if name not in table]:

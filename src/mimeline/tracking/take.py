@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 from pandas.errors import EmptyDataError
 
-from mimeline.errors import BadFile, MissingColumn
+from mimeline.errors import BadFile, MissingColumn, NoSuchFile
 from mimeline.vocabulary import CHANNELS, EXPRESSIONS, canonical
 
 EXPRESSION_RANGE = (-1.0, 2.0)  # coefficients of [0, 1] overshoot a little
@@ -52,7 +52,7 @@ def read_columns(path: Path, text: tuple[str, ...] = ()) -> pd.DataFrame:
             index_col=False,
         )
     except FileNotFoundError as error:
-        raise BadFile(
+        raise NoSuchFile(
             path,
             found="no such file",
             expected="a tracking result",
