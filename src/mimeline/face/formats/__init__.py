@@ -1,0 +1,1 @@
+"""Face models of other people, read from the user's own files."""

@@ -1,0 +1,71 @@
+"""Any supported face model, told by what its file or folder holds."""
+
+from pathlib import Path
+
+from mimeline.errors import BadFile, unreadable
+from mimeline.face.embedded import embedded_face
+from mimeline.face.formats import flame, ict, obj, shapes
+from mimeline.face.formats.npz import read_arrays
+from mimeline.face.formats.pickled import read_pickled
+from mimeline.face.model import Face
+
+ACCEPTED = (
+    f"a folder with {ict.NEUTRAL} (ICT-FaceKit) or {obj.NEUTRAL}, an npz of named shapes, "
+    "of ICT-FaceKit or of FLAME, or FLAME's published pickle"
+)
+REMEDY = "docs/face.md has the layout of each."
+ZIP, PICKLES = b"PK\x03\x04", (b"\x80", b"(d", b"}")
+POINTER = b"version https://git-lfs"
+
+
+def load_face(path: Path | None) -> Face:
+    """The face model at path; None: the embedded one.
+
+    path: a folder of OBJ files, an npz, or a FLAME pickle, told apart by content. Metres and the
+    subject's frame, whatever the file's were.
+    Raises BadFile, with what was found, for anything else and for a model that is not whole.
+    """
+    if path is None:
+        return embedded_face()
+    path = Path(path)
+    try:
+        return _from_folder(path) if path.is_dir() else _from_file(path)
+    except (ValueError, TypeError, IndexError) as error:
+        expected, remedy = "arrays that fit each other", f"Export the model again. {REMEDY}"
+        raise BadFile(path, found=str(error), expected=expected, remedy=remedy) from error
+
+
+def _from_folder(folder: Path) -> Face:
+    if (folder / ict.NEUTRAL).exists():
+        return ict.from_folder(folder)
+    if (folder / obj.NEUTRAL).exists():
+        return obj.from_folder(folder)
+    names = sorted(path.name for path in folder.iterdir())
+    found = f"a folder of {', '.join(names[:5])}" if names else "an empty folder"
+    raise BadFile(folder, found=found, expected=ACCEPTED, remedy=REMEDY)
+
+
+def _from_file(path: Path) -> Face:
+    try:
+        with open(path, "rb") as file:
+            start = file.read(64)
+    except OSError as error:
+        raise unreadable(path, error, expected=ACCEPTED, remedy=REMEDY) from error
+    if start.startswith(ZIP):
+        return _from_npz(path)
+    if start.startswith(POINTER):
+        remedy = "Fetch the file itself with `git lfs pull`."
+        raise BadFile(path, found="a Git LFS pointer", expected=ACCEPTED, remedy=remedy)
+    if start.startswith(PICKLES):
+        return flame.from_arrays(path, read_pickled(path))
+    found = f"a file that begins with {start[:16]!r}" if start else "an empty file"
+    raise BadFile(path, found=found, expected=ACCEPTED, remedy=REMEDY)
+
+
+def _from_npz(path: Path) -> Face:
+    arrays = read_arrays(path)
+    if "expr_delta" in arrays:
+        return ict.from_arrays(path, arrays)
+    if "v_template" in arrays:
+        return flame.from_arrays(path, arrays)
+    return shapes.from_arrays(path, arrays)
