@@ -7,6 +7,7 @@ from mimeline.workflow import (
     chosen,
     code_digest,
     listing,
+    rate_of_clips,
     settle_config,
     tracker_of_takes,
 )

@@ -32,6 +32,10 @@ class Toy(Section):
     people: Count = Field(40, description="people in the toy world")
     clips: Count = Field(120, description="clips, planted faults included")
     seed: int = Field(7, description="seed of everything random in the toy world")
+    video_share: Share = Field(0.25, description="share of the clips that have a video")
+    video_px: Annotated[int, Field(ge=32, le=1024, multiple_of=2)] = Field(
+        256, description="edge of the videos, pixels"
+    )
 
 
 class CelebvText(Section):
@@ -55,10 +59,26 @@ class Files(Section):
     )
 
 
+class Videos(Section):
+    """Every video of a folder is a source; nothing else is known of it."""
+
+    folder: str = Field(".", description="where the videos lie, under data_dir")
+    pattern: Annotated[str, Field(pattern=r"^[^/]+$")] = Field(
+        "*", description="which files of the folder are looked at"
+    )
+    exclude: list[str] = Field([], description="file names to leave out")
+    subject: str | None = Field(
+        None, description="the person of all videos; null: nobody is known, each video stands alone"
+    )
+
+
 class Catalogue(Section):
-    format: Literal["celebvtext", "files"] = Field("celebvtext", description="which block to use")
+    format: Literal["celebvtext", "files", "videos"] = Field(
+        "celebvtext", description="which block to use"
+    )
     celebvtext: CelebvText = CelebvText()
     files: Files = Files()
+    videos: Videos = Videos()
     cut_s: Positive | None = Field(
         None, description="cut longer takes into consecutive clips of that many seconds; null: no"
     )
@@ -75,6 +95,28 @@ class Select(Section):
     exclusions: str | None = Field(
         None, description="CSV with clip_id and reason: clips left out by hand; null: none"
     )
+
+
+class Fetch(Section):
+    """The clips' videos: cut, cropped, at a constant rate."""
+
+    folder: str | None = Field(
+        "videos",
+        description="where <clip_id>.mp4 or the sources' <source_id>.mp4 lie, under data_dir; "
+        "null: there are none",
+    )
+    fps: Rate | None = Field(
+        None, description="frames per second to cut to; null: the tracking results' own"
+    )
+    side_px: Annotated[int, Field(ge=16, multiple_of=2)] | None = Field(
+        None, description="edge of the square picture to scale to, pixels; null: as cropped"
+    )
+    max_pixels: Count = Field(
+        33_177_600, description="largest picture, width x height (8K: 33177600)"
+    )
+    max_source_s: Positive = Field(14_400.0, description="longest source video, seconds")
+    max_mb: Positive = Field(8_000.0, description="largest source video, megabytes")
+    timeout_s: Positive = Field(300.0, description="longest work on one clip, seconds")
 
 
 class LiveLink(Section):
@@ -219,6 +261,11 @@ class Report(Section):
     title: str = Field("mimeline on the toy world", description="title of the page")
     clips: Count = Field(6, description="clips whose timelines are drawn")
     exemplars: Count = Field(4, description="exemplars drawn per cluster")
+    face: str | None = Field(
+        None,
+        description="a face to draw motion on: ICT-FaceKit, a folder of OBJ shapes, an npz, FLAME; "
+        "null: the embedded one",
+    )
 
 
 class Config(Section):
@@ -236,6 +283,7 @@ class Config(Section):
     toy: Toy = Toy()
     catalogue: Catalogue = Catalogue()
     select: Select = Select()
+    fetch: Fetch = Fetch()
     ingest: Ingest = Ingest()
     pose: Pose = Pose()
     series: Series = Series()

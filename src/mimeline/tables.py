@@ -119,6 +119,18 @@ LEDGER = _table(
     key=["stage", "clip_id"],
 )
 
+SOURCE_TIMES = _table(
+    "source_times",
+    {
+        "clip_id": _TEXT,
+        "frame": _COUNT,
+        "source_frame": _COUNT,
+        "source_s": (pa.float64(), False, None),
+    },
+    order=["clip_id", "frame"],
+    key=["clip_id", "frame"],
+)
+
 _EXPRESSION = (pa.float32(), True, [pandera.Check.in_range(-1.0, 2.0)])
 _ANGLE = (pa.float32(), True, [pandera.Check.in_range(-np.pi - 1e-3, np.pi + 1e-3)])
 

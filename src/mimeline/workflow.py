@@ -8,6 +8,7 @@ import shutil
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
@@ -34,6 +35,7 @@ def settle_config(config: dict[str, Any]) -> dict[str, Any]:
         ("select.exclusions", settled["select"]["exclusions"], "file", Path.is_file),
         ("label.file", settled["label"]["file"], "file", Path.is_file),
         ("evaluate.truth", settled["evaluate"]["truth"], "folder", Path.is_dir),
+        ("report.face", settled["report"]["face"], "file or folder", Path.exists),
     )
     absent = [
         NoSuchFile(
@@ -60,6 +62,14 @@ def tracker_of_takes(config: dict[str, Any]) -> dict[str, Any] | None:
     if config["catalogue"]["format"] != "files":
         return None
     return chosen(config["ingest"]) | {"bad_values": config["ingest"]["bad_values"]}
+
+
+def rate_of_clips(config: dict[str, Any]) -> str:
+    """Frames per second to cut videos to, as text: fetch.fps, else the tracking results' own."""
+    if config["fetch"]["fps"] is not None:
+        return config["fetch"]["fps"]
+    takes = chosen(config["ingest"])["options"]
+    return str(Fraction(takes["fps"]) / takes.get("stride", 1))
 
 
 def by_region(paths: Sequence[str]) -> dict[str, Path]:

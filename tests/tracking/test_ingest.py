@@ -82,6 +82,41 @@ def test_a_part_of_a_take_without_a_frame_is_dropped(run, livelink_rows, tmp_pat
     assert ledger["status"].to_dict() == {"s_0": "kept", "s_1": "dropped"}
 
 
+def filmed(clip_id: str, n_frames: int, fps: int = 30) -> dict:
+    media = {"media": f"{clip_id}.mp4", "fps_num": fps, "fps_den": 1, "n_frames": n_frames}
+    return clip(clip_id, 0, n_frames / fps) | media
+
+
+@pytest.mark.parametrize(("n_frames", "by"), [(4, 1), (6, -1)])
+def test_a_result_of_another_length_than_the_video_says_by_how_much(
+    run, livelink_rows, tmp_path, n_frames, by
+):
+    livelink_rows.to_csv(tmp_path / "a.csv", index=False)  # five frames
+    motion, kept, ledger = run([filmed("a", n_frames)], max_missing=0.5)
+    assert len(motion) == kept["n_frames"].item() == n_frames
+    row = ledger.loc["a"]
+    assert row[["status", "rule", "value", "unit"]].tolist() == [
+        "kept",
+        "frame_count",
+        by,
+        "frames",
+    ]
+
+
+def test_a_result_much_longer_than_the_video_fails(run, livelink_rows, tmp_path):
+    livelink_rows.to_csv(tmp_path / "a.csv", index=False)
+    _, _, ledger = run([filmed("a", 2)])
+    assert ledger.loc["a", ["rule", "value", "limit"]].tolist() == ["longer_than_clip", 5, 2]
+
+
+def test_a_result_at_another_rate_than_the_video_fails(run, livelink_rows, tmp_path):
+    livelink_rows.to_csv(tmp_path / "a.csv", index=False)
+    _, _, ledger = run([filmed("a", 5, fps=25)])
+    row = ledger.loc["a"]
+    assert row[["status", "rule", "value", "limit"]].tolist() == ["failed", "frame_rate", 30, 25]
+    assert "fetch.fps" in row["detail"]
+
+
 def test_bad_files_fail_and_the_rest_goes_on(run, livelink_rows, tmp_path):
     livelink_rows.to_csv(tmp_path / "good.csv", index=False)
     livelink_rows.to_csv(tmp_path / "headless.csv", index=False, header=False)

@@ -19,6 +19,7 @@ from snakemake.settings.types import (
 )
 
 CHECKOUT = Path(__file__).parents[2]
+TINY = "tests/workflow/tiny.yaml"
 PARTS = ("Snakefile", "workflow", "config", "profiles", "src", "resources")
 
 
@@ -28,23 +29,27 @@ class Workflow:
 
     root: Path
 
-    def run(self, *arguments: str, config: tuple[str, ...] = ("tests/workflow/tiny.yaml",)):
+    def run(self, *arguments: str, config: tuple[str, ...] = (TINY,)):
         """Run snakemake with the config files given; returns the finished process."""
-        files = [str(CHECKOUT / name) for name in config]
+        pipes = {"capture_output": True, "text": True, "timeout": 600}
+        return subprocess.run(self._command(arguments, config), **self._place(), **pipes)
+
+    def start(self, *arguments: str) -> subprocess.Popen:
+        """Start snakemake on the tiny world in a process group of its own, and come back."""
+        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        command = self._command(arguments, (TINY,))
+        return subprocess.Popen(command, **self._place(), **quiet, start_new_session=True)
+
+    def _command(self, arguments: tuple[str, ...], config: tuple[str, ...]) -> list[str]:
         command = [sys.executable, "-m", "snakemake", "--cores", "2", *arguments]
-        command += ["--configfile", *files] if files else []
-        return subprocess.run(
-            command,
-            cwd=self.root,
-            env=os.environ | {"PYTHONPATH": str(self.root / "src")},
-            capture_output=True,
-            text=True,
-            timeout=600,
-        )
+        return command + (["--configfile", *(str(CHECKOUT / c) for c in config)] if config else [])
+
+    def _place(self) -> dict:
+        return {"cwd": self.root, "env": os.environ | {"PYTHONPATH": str(self.root / "src")}}
 
     def would_rerun(self, *config: str) -> set[str]:
         """The rules that a dry run names, with these config files after the tiny one."""
-        done = self.run("-n", config=("tests/workflow/tiny.yaml", *config))
+        done = self.run("-n", config=(TINY, *config))
         text = done.stdout + done.stderr
         assert done.returncode == 0, text
         stats = re.search(r"^job +count\n[- ]+\n(.*?)^total", text, re.M | re.S)

@@ -32,3 +32,25 @@ def test_an_example_ends_with_a_report(checkout, real_data, tmp_path, name, fold
     assert frames["BrowUp"].notna().any()
     metrics = results / "evaluate" / "annotation" / "metrics.parquet"
     assert tables.reason(metrics) == "no truth is known for these recordings"
+
+
+def test_bare_videos_are_cut_and_the_bad_ones_are_in_the_ledger(checkout, real_data, tmp_path):
+    data = tmp_path / "videos"
+    data.mkdir()
+    for video in ("face_noface.mov", "no_face.mp4", "single_face.mp4"):
+        (data / video).symlink_to(real_data / "video" / video)
+    for video in ("empty.mp4", "single_face_truncated_100k.mp4"):
+        (data / video).symlink_to(real_data / "corrupt" / video)
+    config, small = ("config/examples/videos.yaml",), ("--config", "fetch={side_px: 64}")
+    done = checkout.run(*small, f"data_dir={data}", "--until", "fetch", config=config)
+    assert done.returncode == 0, done.stdout + done.stderr
+    results = checkout.root / "results-videos"
+    ledger = tables.read_all(tables.LEDGER, results.rglob("ledger.parquet"))
+    failed = ledger[ledger["status"] == "failed"].set_index("clip_id")["detail"]
+    assert set(failed.index) == {"empty", "single_face_truncated_100k"}
+    assert "empty" in failed["empty"]
+    assert "cut off" in failed["single_face_truncated_100k"]
+    clips = tables.read_all(tables.CLIPS, results.glob("fetch/*/clips.parquet"))
+    assert set(clips["source_id"]) == {"face_noface", "no_face", "single_face"}
+    assert (clips["n_frames"] == ((clips["end_s"] - clips["start_s"]) * 30).round()).all()
+    assert all((checkout.root / media).is_file() for media in clips["media"])

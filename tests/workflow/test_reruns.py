@@ -20,7 +20,11 @@ USERS: dict[str, set[str]] = {
     "toy": {"toy"},
     "catalogue": {"catalogue"},
     "select": {"select"},
+    "fetch": {"fetch"},
     "ingest": {"ingest"},
+    "ingest.livelink.fps": {"ingest", "fetch"},
+    "ingest.pyfeat.fps": {"ingest", "fetch"},
+    "ingest.pyfeat.stride": {"ingest", "fetch"},
     "pose": {"pose"},
     "series": {"series"},
     "series.side": {
@@ -47,6 +51,7 @@ USERS: dict[str, set[str]] = {
 FORMATS = {
     "catalogue.celebvtext": {},
     "catalogue.files": {"catalogue": {"format": "files"}},
+    "catalogue.videos": {"catalogue": {"format": "videos"}},
     "ingest.livelink": {},
     "ingest.pyfeat": {"ingest": {"format": "pyfeat"}},
     "pose.sixdrepnet": {},
@@ -75,7 +80,10 @@ def another(key: str, field, value):
         "select.exclusions": "left-out.csv",
         "label.file": "names.yaml",
         "evaluate.truth": "truth",
+        "report.face": "face.npz",
         "catalogue.cut_s": 7.5,
+        "toy.video_px": 128,
+        "fetch.side_px": 128,
         "train.timeline.width": 128,
         "train.timeline.heads": 2,
     }
@@ -123,7 +131,7 @@ def test_a_key_changes_the_params_of_exactly_the_rules_that_use_it(job_params, t
     base = FORMATS.get(block, {})
     default = reduce(getattr, key.split("."), Config())
     value = another(key, KEYS[key], default)
-    if key in ("select.exclusions", "label.file", "evaluate.truth"):
+    if key in ("select.exclusions", "label.file", "evaluate.truth", "report.face"):
         value = str(tmp_path / value)
         (tmp_path / value).mkdir() if key.endswith("truth") else (tmp_path / value).touch()
     before = job_params(base)
@@ -151,7 +159,7 @@ def test_a_catalogue_of_files_depends_on_how_takes_are_read(job_params, tmp_path
     before = job_params(base)
     after = job_params(merged(base, {"ingest": {"livelink": {"fps": "60"}}}))
     changed = {job[0] for job in before if before[job] != after[job]}
-    assert changed == {"catalogue", "ingest"}
+    assert changed == {"catalogue", "fetch", "ingest"}
 
 
 def test_a_new_file_in_data_dir_reruns_what_reads_the_folder(job_params, tmp_path):
@@ -159,12 +167,12 @@ def test_a_new_file_in_data_dir_reruns_what_reads_the_folder(job_params, tmp_pat
     (tmp_path / "new.csv").write_text("new")
     after = job_params({"data_dir": str(tmp_path)})
     changed = {job[0] for job in before if before[job] != after[job]}
-    assert changed == {"catalogue", "ingest", "pose"}
+    assert changed == {"catalogue", "fetch", "ingest", "pose"}
 
 
 def test_more_shards_mean_more_jobs_of_the_sharded_rules(job_params):
     sharded = {job[0] for job in job_params({"shards": 5}) if job[1] == ("04",)}
-    assert sharded == {"select", "ingest", "pose", "annotate"}
+    assert sharded == {"select", "fetch", "ingest", "pose", "annotate"}
 
 
 def test_a_second_run_has_nothing_to_do(toy_run):
@@ -172,9 +180,10 @@ def test_a_second_run_has_nothing_to_do(toy_run):
 
 
 DRY_RUNS = {
-    "toy.seed": (4, {"toy", "catalogue", "select", "ingest", "pose"} | AFTER_POSE),
-    "catalogue.cut_s": (7.5, {"catalogue", "select", "ingest", "pose"} | AFTER_POSE),
-    "select.max_s": (9.5, {"select", "ingest", "pose"} | AFTER_POSE),
+    "toy.seed": (4, {"toy", "catalogue", "select", "fetch", "ingest", "pose"} | AFTER_POSE),
+    "catalogue.cut_s": (7.5, {"catalogue", "select", "fetch", "ingest", "pose"} | AFTER_POSE),
+    "select.max_s": (9.5, {"select", "fetch", "ingest", "pose"} | AFTER_POSE),
+    "fetch.side_px": (32, {"fetch", "ingest", "pose"} | AFTER_POSE),
     "ingest.max_missing": (0.2, {"ingest", "pose"} | AFTER_POSE),
     "pose.max_yaw_deg": (30, {"pose"} | AFTER_POSE),
     "series.null_length": (50, AFTER_POSE - {"split"}),

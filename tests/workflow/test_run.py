@@ -7,7 +7,7 @@ import pytest
 
 from mimeline import tables
 
-STAGES = ("catalogue", "select", "ingest", "pose", "split")
+STAGES = ("catalogue", "select", "fetch", "ingest", "pose", "split")
 
 
 @pytest.fixture(scope="module")

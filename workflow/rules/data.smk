@@ -71,9 +71,36 @@ rule select:
         "../scripts/select.py"
 
 
-rule ingest:
+rule fetch:
     input:
         clips="<results>/select/{shard}/clips.parquet",
+        data=DATA,
+    output:
+        clips="<results>/fetch/{shard}/clips.parquet",
+        times="<results>/fetch/{shard}/source_times.parquet",
+        ledger="<results>/fetch/{shard}/ledger.parquet",
+    log:
+        "<logs>/fetch/{shard}.log",
+    benchmark:
+        "<benchmarks>/fetch/{shard}.tsv"
+    threads: 1
+    resources:
+        mem_mb=2000,
+    params:
+        fetch=lookup("fetch", within=config) | {"fps": rate_of_clips(config)},
+        # beside the outputs and not one of them: what a killed run has cut is there for the next
+        media=lambda wildcards, output: str(Path(output.clips).with_name("media")),
+        listing=listing(config["data_dir"]),
+        code=code_digest("mimeline.clips.fetch"),
+    message:
+        "Cutting the videos of shard {wildcards.shard}"
+    script:
+        "../scripts/fetch.py"
+
+
+rule ingest:
+    input:
+        clips="<results>/fetch/{shard}/clips.parquet",
         data=DATA,
     output:
         motion="<results>/ingest/{shard}/motion.parquet",

@@ -11,7 +11,7 @@ from pathlib import Path
 import pandas as pd
 
 from mimeline import tables
-from mimeline.clips import celebvtext
+from mimeline.clips import celebvtext, videos
 from mimeline.errors import BadFile, MimelineError
 from mimeline.ledger import Ledger
 from mimeline.tracking.readers import read_take
@@ -47,6 +47,8 @@ def catalogue(
         )
     if format == "celebvtext":
         rows, bad = celebvtext.read(Path(data), **options)
+    elif format == "videos":
+        rows, bad = videos.read(Path(data), **options)
     else:
         rows, bad = _files(Path(data), tracker, **options)
     rows = [piece for row in rows for piece in _cut(row, cut_s)]

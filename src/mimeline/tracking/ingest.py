@@ -1,6 +1,7 @@
 """Tracking results of any format become the `motion` table; clips that the tracker lost go."""
 
 import logging
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -31,6 +32,8 @@ def ingest(
     """Read each clip's tracking result into one motion table.
 
     clips, kept: `clips` tables in and out; out tells fps and n_frames. data: the user's folder.
+    A clip that has a video has as many frames as the video; a result of another length is cut or
+    padded to it, with a row that says by how much, or fails where it is longer by more than two.
     A clip's result is <folder>/<clip_id>.csv, else its part of <folder>/<source_id>.csv.
     bad_values: "fail" a clip with text or NaN in a number's place, or "mask" the frame.
     max_missing: largest share of frames without a face (Höll 2024, 5.1, rule 4, in spirit).
@@ -46,13 +49,12 @@ def ingest(
             rule = "no_tracking_result" if isinstance(error, NoSuchFile) else "unreadable"
             decisions.fail(clip.clip_id, rule, detail=str(error))
             continue
-        n_frames, expected = len(take.motion), (clip.end_s - clip.start_s) * float(take.fps)
-        if n_frames > expected + TOLERANCE:
-            detail = "the tracking result is longer than its clip: it belongs to another cut"
-            facts = {"value": n_frames, "limit": round(expected), "unit": "frames"}
-            decisions.fail(clip.clip_id, "longer_than_clip", detail=detail, **facts)
+        if wrong := _other_cut(clip, take):
+            rule, facts = wrong
+            decisions.fail(clip.clip_id, rule, **facts)
             continue
-        take = take.padded(round(expected - TOLERANCE / 2))
+        n_frames = len(take.motion)
+        take = _fitted(clip, take)
         lost = np.flatnonzero(~take.motion["valid"].to_numpy())
         share = len(lost) / len(take.motion) if len(take.motion) else 1.0
         facts = {"value": share, "limit": max_missing, "unit": "share of frames"}
@@ -65,7 +67,11 @@ def ingest(
         if share > max_missing or not len(take.motion):
             decisions.drop(clip.clip_id, "tracking_lost", **facts)
             continue
-        if len(lost):
+        if _filmed(clip) and n_frames != clip.n_frames:
+            detail = f"{n_frames} frames tracked, {clip.n_frames} in the video: they begin together"
+            facts |= {"value": n_frames - clip.n_frames, "limit": TOLERANCE, "unit": "frames"}
+            decisions.note(clip.clip_id, "frame_count", **facts | {"detail": detail})
+        elif len(lost):
             decisions.note(clip.clip_id, "masked", **facts)
         motions.append(take.motion.assign(clip_id=clip.clip_id))
         rates[clip.clip_id] = (take.fps.numerator, take.fps.denominator, len(take.motion))
@@ -78,6 +84,39 @@ def ingest(
     tables.write(tables.MOTION, rows, motion, reason="" if motions else "no clip came through")
     decisions.close(ledger, table["clip_id"])
     decisions.tell(log)
+
+
+def _filmed(clip) -> bool:
+    return pd.notna(clip.media)
+
+
+def _other_cut(clip, take: Take) -> tuple[str, dict] | None:
+    """Rule and facts where the result cannot be that of the clip: another rate, or too long."""
+    if _filmed(clip) and take.fps != (rate := Fraction(int(clip.fps_num), int(clip.fps_den))):
+        detail = (
+            f"the video was cut to {rate} frames a second, the tracking result has {take.fps}: "
+        )
+        detail += "correct fetch.fps, or the rate under ingest"
+        facts = {"value": float(take.fps), "limit": float(rate), "unit": "frames per second"}
+        return "frame_rate", facts | {"detail": detail}
+    expected = _expected(clip, take)
+    if len(take.motion) > expected + TOLERANCE:
+        detail = "the tracking result is longer than its clip: it belongs to another cut"
+        facts = {"value": len(take.motion), "limit": round(expected), "unit": "frames"}
+        return "longer_than_clip", facts | {"detail": detail}
+    return None
+
+
+def _expected(clip, take: Take) -> float:
+    """Frames that the clip ought to have: those of its video, else what its seconds come to."""
+    return clip.n_frames if _filmed(clip) else (clip.end_s - clip.start_s) * float(take.fps)
+
+
+def _fitted(clip, take: Take) -> Take:
+    """The result at the clip's length: exactly where there is a video, else no shorter."""
+    if _filmed(clip):
+        return take.cut(0, clip.n_frames).padded(clip.n_frames)
+    return take.padded(round(_expected(clip, take) - TOLERANCE / 2))
 
 
 def _take_of(clip, folder: Path, format: str, options: dict, bad_values: str) -> Take:

@@ -1,0 +1,66 @@
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from mimeline import tables
+from mimeline.clips.catalogue import catalogue
+from mimeline.clips.videos import read, videos_in
+from mimeline.errors import BadFile
+from mimeline.media.film import write_film
+
+OPTIONS = {"folder": "videos", "pattern": "*", "exclude": [], "subject": None}
+
+
+@pytest.fixture(scope="module")
+def data(tmp_path_factory):
+    """Two videos, one that is none, and what lies about."""
+    data = tmp_path_factory.mktemp("data")
+    (data / "videos").mkdir()
+    for name, frames in (("long.mp4", 75), ("short.MOV", 30)):
+        pictures = [np.zeros((32, 48, 3), np.uint8)] * frames
+        write_film(data / "videos" / name, pictures, Fraction(25))
+    (data / "videos" / "page.mp4").write_text("<html>404</html>")
+    (data / "videos" / "notes.txt").write_text("hello")
+    return data
+
+
+def test_each_video_is_a_source_as_long_as_itself(data):
+    rows, bad = read(data, **OPTIONS | {"subject": "ann"})
+    assert [(row["clip_id"], row["source_id"], row["subject_id"]) for row in rows] == [
+        ("long", "long", "ann"),
+        ("short", "short", "ann"),
+    ]
+    assert [(row["start_s"], row["end_s"]) for row in rows] == [(0.0, 3.0), (0.0, 1.2)]
+    assert (rows[0]["width"], rows[0]["height"], rows[0]["actions"]) == (48, 32, [])
+    assert list(bad) == ["page"] and "an HTML page" in bad["page"]
+
+
+def test_files_are_chosen_by_pattern_and_left_out_by_name(data):
+    assert [row["clip_id"] for row in read(data, **OPTIONS | {"pattern": "l*"})[0]] == ["long"]
+    rows, bad = read(data, **OPTIONS | {"exclude": ["long.mp4", "page.mp4"]})
+    assert [row["clip_id"] for row in rows] == ["short"] and bad == {}
+
+
+def test_a_folder_without_videos_is_refused(data, tmp_path):
+    for place, options in ((data, {"pattern": "*.txt"}), (tmp_path, {}), (data, {"folder": "x"})):
+        with pytest.raises(BadFile, match="no video among"):
+            read(place, **OPTIONS | options)
+
+
+def test_a_videos_catalogue_can_be_cut_into_clips(data, tmp_path):
+    clips, ledger = tmp_path / "clips.parquet", tmp_path / "ledger.parquet"
+    catalogue(data, [clips], ledger, "videos", OPTIONS, cut_s=1.5, tracker=None)
+    table = tables.read(tables.CLIPS, clips)
+    assert table["clip_id"].tolist() == ["long_000", "long_001", "short"]
+    assert table["end_s"].tolist() == [1.5, 3.0, 1.2]
+    statuses = tables.read(tables.LEDGER, ledger).set_index("clip_id")["status"]
+    assert statuses["page"] == "failed"
+
+
+def test_of_two_videos_of_one_name_the_more_usual_ending_counts(tmp_path):
+    for name in ("a.avi", "a.mp4", "b.MKV", "c.txt", "d.e.webm"):
+        (tmp_path / name).touch()
+    found = {stem: path.name for stem, path in videos_in(tmp_path).items()}
+    assert found == {"a": "a.mp4", "b": "b.MKV", "d.e": "d.e.webm"}
+    assert videos_in(tmp_path / "absent") == {}

@@ -1,0 +1,18 @@
+from typing import TYPE_CHECKING
+
+from mimeline.clips.fetch import fetch
+from mimeline.workflow import stage
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+with stage(snakemake) as job:
+    fetch(
+        clips=job.input.clips,
+        data=job.input.data,
+        kept=job.output.clips,
+        times=job.output.times,
+        ledger=job.output.ledger,
+        media=job.params.media,
+        **job.params.fetch,
+    )
