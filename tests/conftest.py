@@ -28,5 +28,5 @@ def toy_world(tmp_path_factory) -> SimpleNamespace:
     from mimeline.toy import make
 
     root = tmp_path_factory.mktemp("toy")
-    make(root / "data", root / "truth", people=8, clips=30, seed=3)
+    make(root / "data", root / "truth", people=8, clips=30, seed=3, video_share=0.1, video_px=64)
     return SimpleNamespace(data=root / "data", truth=root / "truth")

@@ -48,13 +48,17 @@ def acts(written) -> dict:
 def motion() -> pd.DataFrame:
     """What the files of the written world ought to hold."""
     crowd = plan.people(8, 3)
-    planned, planted = plan.clips(40, crowd, 3), faults.spread(40, np.random.default_rng([3, 5]))
+    planned = plan.clips(40, crowd, 3)
+    planted = faults.spread(40, np.random.default_rng([3, 5]), filmed=True)
     planned = [planted[i].planned(c) if i in planted else c for i, c in enumerate(planned)]
     return render(planned, crowd, 3).motion
 
 
 def clip_with(planted: pd.DataFrame, fault: str) -> str:
     return planted.set_index("fault").at[fault, "clip_id"]
+
+
+VIDEO = {"video_share": 0.15, "video_px": 64}  # as the written world has it
 
 
 def take(data: Path, clip_id: str) -> list[str]:
@@ -111,7 +115,7 @@ def test_timecode_counts_two_60ths_a_frame_and_passes_minutes(written, planted):
 
 
 def test_the_same_seed_writes_the_same_bytes(written, tmp_path):
-    make(tmp_path / "data", tmp_path / "truth", 8, 40, 3)
+    make(tmp_path / "data", tmp_path / "truth", 8, 40, 3, **VIDEO)
     for name in ("data", "truth"):
         for path in sorted((tmp_path / name).rglob("*")):
             if path.is_file():
@@ -123,7 +127,7 @@ def test_every_fault_is_listed_once_with_what_ought_to_happen(planted):
     assert planted["clip_id"].is_unique
     assert sorted(planted["fault"]) == sorted(f.name for f in faults.FAULTS)
     assert set(planted["status"]) == {"kept", "dropped", "failed"}
-    assert len(planted) == 16
+    assert len(planted) == 20
 
 
 def test_clips_too_short_and_too_long_are_so(planted, info):
@@ -247,5 +251,5 @@ def test_truth_covers_every_clip_with_a_name_that_a_file_can_have(written, info)
 
 
 def test_a_small_world_keeps_half_of_its_clips_sound(tmp_path):
-    make(tmp_path / "data", tmp_path / "truth", 3, 6, 0)
+    make(tmp_path / "data", tmp_path / "truth", 3, 6, 0, video_share=0, video_px=64)
     assert len(pd.read_csv(tmp_path / "truth" / "faults.csv")) == 3

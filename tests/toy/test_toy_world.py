@@ -1,3 +1,5 @@
+import hashlib
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -10,11 +12,13 @@ from mimeline.toy.world import act
 from mimeline.vocabulary import ACTIONS, CHANNELS, TRACKS, track_actions
 
 PERSON = plan.people(1, seed=0)[0]
+FROZEN = "9a37a3435e4447e4e263825d0cb2538d2e8d9f0164fc63fbb8e986f261c831b3"  # of simulate(8, 40, 3)
 
 
 def acted(*events: Event, n_frames: int = 120) -> np.ndarray:
     """The clean motion of events, with the same wander whatever the events."""
-    return act(events, n_frames, PERSON, talks=False, rng=np.random.default_rng(1))
+    motion, _ = act(events, n_frames, PERSON, talks=False, rng=np.random.default_rng(1))
+    return motion
 
 
 def channel(motion: np.ndarray, name: str) -> np.ndarray:
@@ -30,6 +34,16 @@ def test_the_same_seed_gives_the_same_world(world):
     pd.testing.assert_frame_equal(world.motion, again.motion)
     pd.testing.assert_frame_equal(world.frames, again.frames)
     assert world.clips == again.clips
+
+
+def test_the_motion_is_what_it_always_was(world):
+    """Figures of another day were measured on this world."""
+    digest = hashlib.sha256()
+    for table in (world.motion, world.clean):
+        values = np.rint(table[list(CHANNELS)].to_numpy(float) * 1e4)
+        digest.update(values.astype("<i4").tobytes())
+    digest.update(world.frames[list(ACTIONS)].to_numpy(np.uint8).tobytes())
+    assert digest.hexdigest() == FROZEN
 
 
 def test_another_seed_gives_other_clips_and_other_motion(world):
@@ -192,6 +206,18 @@ def test_speech_moves_the_jaw_in_most_clips_and_only_there(world):
     assert 0.5 < talking.mean() < 1
     assert spread[talking[talking].index].min() > 0.03
     assert spread[talking[~talking].index].max() < 0.01
+
+
+def test_the_jaw_opens_as_far_as_the_speech_says(world):
+    for clip in world.clips:
+        speech = world.speech[clip.clip_id]
+        jaw = world.clean.loc[world.clean["clip_id"] == clip.clip_id, "jawOpen"].to_numpy()
+        assert speech.shape == (clip.n_frames,)
+        assert 0 <= speech.min() <= speech.max() <= 1
+        assert speech.any() == clip.talks
+        np.testing.assert_allclose(
+            jaw - jaw.min(), channels.SPEECH["jawOpen"] * (speech - speech.min()), atol=1e-5
+        )
 
 
 def test_eye_look_channels_agree_with_the_gaze(world):

@@ -10,6 +10,13 @@ from mimeline.toy.plan import FPS, Event, PlannedClip
 
 OUTSIDE = "../../outside"
 LOST_SHARE, ABSENT_FRAMES = 0.25, 9
+SKIPPED = 0.35  # chance of a frame to be missing from a video of variable rate
+STORED = 0.4  # share of its bytes that a video keeps which is cut off
+PAGE = b"""<!DOCTYPE html>
+<html lang="en"><head><meta charset="utf-8"><title>Video unavailable</title></head>
+<body><h1>This video is no longer available</h1><p>The account behind it was closed.</p></body>
+</html>
+"""
 
 
 @dataclass(frozen=True)
@@ -17,7 +24,9 @@ class Fault:
     """A fault, the stage that ought to decide on it and the status that it ought to give.
 
     planned: changes the plan of the clip. written: changes the text of its Live Link file, lines
-    with the header first; None: leaves the file out.
+    with the header first; None: leaves the file out. needs_video: there is one whatever the share
+    of clips that have. covered: something hides the face where the file lacks rows. shown: which
+    frames the video has, of so many. stored: changes the bytes of its file.
     """
 
     name: str
@@ -25,6 +34,15 @@ class Fault:
     status: str
     planned: Callable[[PlannedClip], PlannedClip] = lambda clip: clip
     written: Callable[[list[str], np.random.Generator], list[str]] | None = lambda lines, rng: lines
+    needs_video: bool = False
+    covered: bool = False
+    shown: Callable[[int, np.random.Generator], np.ndarray] = lambda n, rng: np.arange(n)
+    stored: Callable[[bytes], bytes] = lambda film: film
+
+    @property
+    def ends_early(self) -> bool:
+        """The clip is gone before anybody looks at its video."""
+        return self.stage in ("catalogue", "select") and self.status != "kept"
 
 
 def _lasting(seconds: float) -> Callable[[PlannedClip], PlannedClip]:
@@ -72,22 +90,50 @@ def _cut_off(lines: list[str]) -> list[str]:
     return [*lines[:half], lines[half][: len(lines[half]) // 2]]
 
 
+def _deserted(clip: PlannedClip) -> PlannedClip:
+    return replace(clip, deserted=True, talks=False)
+
+
+def _skipping(n_frames: int, rng: np.random.Generator) -> np.ndarray:
+    """Some of the frames, irregularly; the first and the last are there."""
+    there = rng.random(n_frames) >= SKIPPED
+    there[[0, -1]] = True
+    return np.flatnonzero(there)
+
+
 FAULTS: tuple[Fault, ...] = (
+    Fault("turned", "pose", "dropped", planned=_turning, needs_video=True),
+    Fault(
+        "tracking_lost",
+        "ingest",
+        "dropped",
+        written=_absent(lambda n: int(n * LOST_SHARE)),
+        needs_video=True,
+        covered=True,
+    ),
+    Fault(
+        "no_face",  # a tracker that finds no face writes no row
+        "ingest",
+        "failed",
+        planned=_deserted,
+        written=lambda lines, rng: lines[:1],
+        needs_video=True,
+    ),
+    Fault(
+        "video_cut_off",
+        "fetch",
+        "failed",
+        needs_video=True,
+        stored=lambda film: film[: int(STORED * len(film))],
+    ),
     Fault("too_short", "select", "dropped", planned=_lasting(3.4)),
-    Fault("tracking_lost", "ingest", "dropped", written=_absent(lambda n: int(n * LOST_SHARE))),
     Fault("unsafe_id", "catalogue", "failed", planned=lambda clip: replace(clip, clip_id=OUTSIDE)),
-    Fault("turned", "pose", "dropped", planned=_turning),
     Fault("rows_absent", "ingest", "kept", written=_absent(lambda n: ABSENT_FRAMES)),
     Fault("no_header", "ingest", "failed", written=lambda lines, rng: lines[1:]),
+    Fault("video_variable_rate", "fetch", "kept", needs_video=True, shown=_skipping),
+    Fault("video_is_a_page", "fetch", "failed", needs_video=True, stored=lambda film: PAGE),
     Fault("too_long", "select", "dropped", planned=_lasting(12.7)),
     Fault("excluded_action", "select", "dropped", planned=_doing("turn")),
-    Fault("excluded_action", "select", "dropped", planned=_doing("shake_head")),
-    Fault("excluded_action", "select", "dropped", planned=_doing("head_wagging")),
-    Fault("too_small", "select", "dropped", planned=_small),
-    Fault("text_cell", "ingest", "failed", written=_cell("n/a")),
-    Fault("nan_cell", "ingest", "failed", written=_cell("nan")),
-    Fault("missing_file", "ingest", "failed", written=None),
-    Fault("truncated", "ingest", "failed", written=lambda lines, rng: _cut_off(lines)),
     Fault(
         "leading_dash",
         "catalogue",
@@ -95,15 +141,24 @@ FAULTS: tuple[Fault, ...] = (
         planned=lambda clip: replace(
             clip, source=f"-{clip.source[1:]}", clip_id=f"-{clip.source[1:]}_0_0"
         ),
+        needs_video=True,
     ),
+    Fault("text_cell", "ingest", "failed", written=_cell("n/a")),
+    Fault("too_small", "select", "dropped", planned=_small),
+    Fault("missing_file", "ingest", "failed", written=None),
+    Fault("truncated", "ingest", "failed", written=lambda lines, rng: _cut_off(lines)),
+    Fault("nan_cell", "ingest", "failed", written=_cell("nan")),
+    Fault("excluded_action", "select", "dropped", planned=_doing("shake_head")),
+    Fault("excluded_action", "select", "dropped", planned=_doing("head_wagging")),
 )
 
 
-def spread(clips: int, rng: np.random.Generator) -> dict[int, Fault]:
+def spread(clips: int, rng: np.random.Generator, filmed: bool) -> dict[int, Fault]:
     """Which clips have which fault, by position: every fault once, in at most half of the clips.
 
-    A small world has the first ones of FAULTS.
+    A small world has the first ones of FAULTS; one that is not filmed has none that lies in a
+    video.
     """
-    planted = FAULTS[: clips // 2]
+    planted = [fault for fault in FAULTS if filmed or fault.stage != "fetch"][: clips // 2]
     at = sorted(rng.choice(clips, len(planted), replace=False).tolist())
     return dict(zip(at, planted, strict=True))

@@ -8,12 +8,15 @@ import numpy as np
 import pandas as pd
 
 from mimeline import tables
-from mimeline.toy import faults, livelink, plan
-from mimeline.toy.plan import PlannedClip
+from mimeline.toy import faults, livelink, plan, video
+from mimeline.toy.appearance import appearance
+from mimeline.toy.faults import Fault
+from mimeline.toy.plan import Person, PlannedClip
 from mimeline.toy.world import World, render
 from mimeline.vocabulary import HEAD
 
 POSE_JITTER_DEG = 0.8  # the pose network's own
+FAULTLESS = Fault("", "", "kept")  # a clip that nothing is wrong with
 SAID = {  # what a catalogue calls an action
     "Smile": "smile",
     "SoftSmile": "smile",
@@ -27,40 +30,101 @@ SAID = {  # what a catalogue calls an action
 }
 
 
-def make(data: Path, truth: Path, people: int, clips: int, seed: int) -> None:
+def make(
+    data: Path,
+    truth: Path,
+    people: int,
+    clips: int,
+    seed: int,
+    video_share: float,
+    video_px: int,
+) -> None:
     """Write a world with faults: data as it would be published, truth for the evaluation alone.
 
-    data: celebvtext_info.json, annotations.json, livelink/<clip_id>.csv, head_pose.csv.
-    truth: frames.parquet, intervals.parquet, faults.csv. Deterministic in the seed.
+    data: celebvtext_info.json, annotations.json, livelink/<clip_id>.csv, head_pose.csv,
+    videos/<clip_id>.mp4. truth: frames.parquet, intervals.parquet, faults.csv.
+    video_share: how many of the clips have a video; those with a fault that is to be seen have
+    one too, but 0 makes none. video_px: edge of the picture. Deterministic in the seed.
     """
     crowd = plan.people(people, seed)
     rng = np.random.default_rng([seed, 5])
-    planned, planted = plan.clips(clips, crowd, seed), faults.spread(clips, rng)
+    planned, planted = plan.clips(clips, crowd, seed), faults.spread(clips, rng, video_share > 0)
     planned = [planted[i].planned(c) if i in planted else c for i, c in enumerate(planned)]
     world = render(planned, crowd, seed)
     (data / "livelink").mkdir(parents=True, exist_ok=True)
     truth.mkdir(parents=True, exist_ok=True)
     _write_json(data / "celebvtext_info.json", _info(planned))
     _write_json(data / "annotations.json", _annotations(world))
-    motion = dict(iter(world.motion.groupby("clip_id")))
-    for position, clip in enumerate(planned):
-        fault = planted.get(position)
-        if clip.clip_id == faults.OUTSIDE or (fault and fault.written is None):
-            continue
-        lines = livelink.lines(motion[clip.clip_id], start=livelink.timecode_start(rng))
-        if fault:
-            lines = fault.written(lines, rng)
-        path = data / "livelink" / f"{clip.clip_id}.csv"
-        path.write_text("\n".join(lines) + "\n", encoding="utf-8", newline="")
-    _head_pose(world.motion, rng).to_csv(
+    faulty = {planned[position].clip_id: fault for position, fault in planted.items()}
+    tracked = _takes(data / "livelink", world, faulty, rng)
+    if video_share > 0:
+        _videos(data / "videos", world, faulty, tracked, crowd, seed, video_share, video_px)
+    _head_pose(_visible(world), rng).to_csv(
         data / "head_pose.csv", index=False, float_format="%.4f", lineterminator="\n"
     )
     tables.write(tables.FRAMES, _inside(world.frames), truth / "frames.parquet")
     tables.write(tables.INTERVALS, _inside(world.intervals), truth / "intervals.parquet")
-    listed = [(planned[i].clip_id, f.name, f.stage, f.status) for i, f in planted.items()]
+    listed = [(clip_id, f.name, f.stage, f.status) for clip_id, f in faulty.items()]
     pd.DataFrame(listed, columns=["clip_id", "fault", "stage", "status"]).to_csv(
         truth / "faults.csv", index=False, lineterminator="\n"
     )
+
+
+def _takes(
+    folder: Path, world: World, faulty: dict[str, Fault], rng: np.random.Generator
+) -> dict[str, np.ndarray]:
+    """Write the Live Link takes. Returns for each clip which frames its file has, (n_frames,)."""
+    motion, tracked = dict(iter(world.motion.groupby("clip_id"))), {}
+    for clip in world.clips:
+        fault = faulty.get(clip.clip_id, FAULTLESS)
+        if clip.clip_id == faults.OUTSIDE or fault.written is None:
+            continue
+        lines = livelink.lines(motion[clip.clip_id], start=livelink.timecode_start(rng))
+        written = fault.written(lines, rng)
+        tracked[clip.clip_id] = np.isin(lines[1:], written)
+        path = folder / f"{clip.clip_id}.csv"
+        path.write_text("\n".join(written) + "\n", encoding="utf-8", newline="")
+    return tracked
+
+
+def _videos(
+    folder: Path,
+    world: World,
+    faulty: dict[str, Fault],
+    tracked: dict[str, np.ndarray],
+    crowd: Sequence[Person],
+    seed: int,
+    share: float,
+    size: int,
+) -> None:
+    """Write the videos of the clips whose turn it is, and of those whose fault is to be seen."""
+    folder.mkdir(parents=True, exist_ok=True)
+    clean = dict(iter(world.clean.groupby("clip_id")))
+    numbers = {person.name: number for number, person in enumerate(crowd)}
+    for clip in world.clips:
+        fault = faulty.get(clip.clip_id, FAULTLESS)
+        if fault.ends_early or not (fault.needs_video or video.has_turn(clip.index, share)):
+            continue
+        path = folder / f"{clip.clip_id}.mp4"
+        none = np.zeros(clip.n_frames, dtype=bool)
+        video.shoot(
+            path,
+            clip,
+            looks=appearance(numbers[clip.person], seed),
+            motion=clean[clip.clip_id],
+            speech=world.speech[clip.clip_id],
+            covered=~tracked[clip.clip_id] if fault.covered else none,
+            shown=fault.shown(clip.n_frames, np.random.default_rng([seed, 9, clip.index])),
+            size=size,
+            seed=seed,
+        )
+        path.write_bytes(fault.stored(path.read_bytes()))
+
+
+def _visible(world: World) -> pd.DataFrame:
+    """The motion of the clips in which somebody is to be seen."""
+    empty = [clip.clip_id for clip in world.clips if clip.deserted]
+    return world.motion[~world.motion["clip_id"].isin(empty)]
 
 
 def _inside(rows: pd.DataFrame) -> pd.DataFrame:

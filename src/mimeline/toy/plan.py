@@ -60,6 +60,7 @@ class PlannedClip:
     talks: bool
     catalogue_actions: tuple[str, ...] = ()  # named in the catalogue beside those that are acted
     extra: tuple[Event, ...] = field(default=())  # events that a fault adds
+    deserted: bool = False  # nobody is there
 
 
 _PAUSE, _LONG_PAUSE = (12, 110), (30, 200)  # frames between two actions of a track

@@ -26,7 +26,8 @@ class World:
 
     clips: the clips as planned. motion: table `motion`, with jitter and drift; clean: the same
     before jitter and drift. frames, intervals: tables `frames` and `intervals`, the truth: an
-    action is on from the middle of its attack to the middle of its release.
+    action is on from the middle of its attack to the middle of its release. speech: clip_id →
+    (n_frames,) in [0, 1], how far the syllables open the mouth; 0 where nobody talks.
     """
 
     clips: list[PlannedClip]
@@ -34,6 +35,7 @@ class World:
     clean: pd.DataFrame
     frames: pd.DataFrame
     intervals: pd.DataFrame
+    speech: dict[str, np.ndarray]
 
 
 def simulate(people: int, clips: int, seed: int) -> World:
@@ -45,12 +47,13 @@ def simulate(people: int, clips: int, seed: int) -> World:
 def render(clips: Sequence[PlannedClip], people: Sequence[Person], seed: int) -> World:
     """Act out planned clips."""
     by_name = {person.name: person for person in people}
-    clean, noisy, truth, intervals = [], [], [], []
+    clean, noisy, truth, intervals, speech = [], [], [], [], {}
     for clip in clips:
         rng = np.random.default_rng([seed, 4, clip.index])
         person = by_name[clip.person]
         events = plan.with_extra(plan.events(clip.n_frames, person, rng), clip.extra)
-        motion = act(events, clip.n_frames, person, clip.talks, rng)  # (n, 57)
+        events = [] if clip.deserted else events
+        motion, speech[clip.clip_id] = act(events, clip.n_frames, person, clip.talks, rng)
         clean.append(motion.astype(np.float32))
         noisy.append(track(motion, rng).astype(np.float32))
         truth.append(_frames(events, clip.n_frames))
@@ -62,6 +65,7 @@ def render(clips: Sequence[PlannedClip], people: Sequence[Person], seed: int) ->
         clean=_motion(key, clean),
         frames=_sorted(pd.concat([key, _stacked(truth, list(ACTIONS), bool)], axis=1)),
         intervals=_interval_table(intervals),
+        speech=speech,
     )
 
 
@@ -71,8 +75,11 @@ def act(
     person: Person,
     talks: bool,
     rng: np.random.Generator,
-) -> np.ndarray:
-    """The face's true motion, (n_frames, 57) in the order of CHANNELS."""
+) -> tuple[np.ndarray, np.ndarray]:
+    """The face's true motion, (n_frames, 57) in the order of CHANNELS, and its speech, (n_frames,).
+
+    Speech in [0, 1] is how far the syllables open the mouth.
+    """
     motion = np.zeros((n_frames, len(CHANNELS)))
     for event in events:
         gain = channels.GAIN[event.action] * person.reach * event.amplitude
@@ -82,15 +89,14 @@ def act(
     every = difficulty.WANDER_FRAMES
     knots = rng.normal(size=(knots_for(n_frames, every), len(_ANGLES))) * _WANDER
     motion[:, _ANGLES] += through_knots(knots, every, n_frames)
-    if talks:
-        _speak(motion, rng)
+    speech = _speak(motion, rng) if talks else np.zeros(n_frames)
     motion += person.rest
     channels.look(motion)
     for side in ("Left", "Right"):
         down = motion[:, channels.INDEX[f"eyeLookDown{side}"]]
         motion[:, channels.INDEX[f"eyeBlink{side}"]] += channels.LID_FOLLOWS * down
     motion[:, _COEFFICIENTS] = motion[:, _COEFFICIENTS].clip(difficulty.LOWEST, difficulty.HIGHEST)
-    return motion
+    return motion, speech
 
 
 def track(motion: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -124,18 +130,25 @@ def _follow(motion: np.ndarray, event: Event) -> None:
     _add(motion, gain, start, 2 * event.attack, event.hold, 2 * event.release)
 
 
-def _speak(motion: np.ndarray, rng: np.random.Generator) -> None:
-    """Syllables open the jaw, others round the lips, from some frame to some frame."""
+def _speak(motion: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Syllables open the jaw, others round the lips, from some frame to some frame.
+
+    Returns how far they open it, (n,).
+    """
     n = len(motion)
     first, last = int(rng.uniform(0, 0.4) * n), int(rng.uniform(0.7, 1.0) * n)
     gate = np.zeros(n)
     gate[first:last] = envelope(8, max(1, last - first - 16), 8)[: last - first]
     count = knots_for(n, _SYLLABLE)
     closing = np.arange(count) % 2  # open and close in turn
+    curves = []
     for gain in (channels.SPEECH_GAIN, channels.ROUNDING_GAIN):
         knots = rng.uniform(0.2, 1.0, count) * closing
-        motion += np.outer(gate * through_knots(knots, _SYLLABLE, n), gain)
+        curves.append(gate * through_knots(knots, _SYLLABLE, n))
+        motion += np.outer(curves[-1], gain)
         closing = closing * (rng.random(count) < 0.4)
+    opening, _ = curves
+    return opening
 
 
 def _frames(events: Sequence[Event], n_frames: int) -> np.ndarray:
