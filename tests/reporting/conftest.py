@@ -1,6 +1,7 @@
 """A small run, made by hand: three clips in two shards, one of them dropped, one failed."""
 
 from collections.abc import Callable
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -8,9 +9,12 @@ import pandas as pd
 import pytest
 
 from mimeline import tables
+from mimeline.media.film import write_film
+from mimeline.reporting.report import report
 from mimeline.vocabulary import ACTIONS, CHANNELS, SERIES_REGIONS, series_channels
 
-FRAMES, FPS = 60, 30
+FRAMES, FPS, EDGE = 60, 30, 64
+MADE = 10  # frames that the model made: each is drawn twice
 KEPT = "kept_1"
 OPTIONS = {"title": "A small run", "clips": 2, "exemplars": 3}
 LIMITS = {"closed": 0.5, "gaze_deg": 8.0, "head_deg": 8.0, "min_frames": 1}
@@ -25,7 +29,7 @@ def _ledger(path: Path, stage: str, rows: list[dict]) -> Path:
     return path
 
 
-def clips(path: Path, ids: list[str]) -> Path:
+def clips(path: Path, ids: list[str], media: dict[str, Path] | None = None) -> Path:
     blank = dict.fromkeys(tables.CLIPS.schema.names)
     rows = [
         blank
@@ -40,6 +44,7 @@ def clips(path: Path, ids: list[str]) -> Path:
             "actions": [],
             "texts": [],
             "shard": 0,
+            "media": str(media[clip]) if media and clip in media else None,
         }
         for clip in ids
     ]
@@ -89,20 +94,63 @@ def ledger() -> Callable[..., Path]:
     return _ledger
 
 
+def filmed(number: int, red: int = 0) -> np.ndarray:
+    """Frame `number` of a film whose green tells the number."""
+    return np.full((EDGE, EDGE, 3), (red, 20 + 3 * number, 90), np.uint8)
+
+
+@pytest.fixture(scope="session")
+def video(tmp_path_factory) -> Path:
+    """A short film, as long as the clips of the run."""
+    path = tmp_path_factory.mktemp("video") / "clip.mp4"
+    write_film(path, (filmed(number) for number in range(FRAMES)), Fraction(FPS))
+    return path
+
+
 @pytest.fixture
 def run(tmp_path: Path) -> Callable[..., dict]:
     """Writes a run's tables and gives the arguments of `report`.
 
-    clip: the id of the clip that is kept; note: of a cluster. unmeasured: actions without channels.
+    clip: the id of the clip that is kept; note: of a cluster. unmeasured: actions without channels;
+    media: clip → video.
     """
 
-    def make(clip: str = KEPT, note: str = "strong", unmeasured: tuple[str, ...] = ()) -> dict:
-        return _full(tmp_path, clip, note, unmeasured)
+    def make(
+        clip: str = KEPT,
+        note: str = "strong",
+        unmeasured: tuple[str, ...] = (),
+        media: dict[str, Path] | None = None,
+    ) -> dict:
+        return _full(tmp_path, clip, note, unmeasured, media)
 
     return make
 
 
-def _full(at: Path, clip: str, note: str, unmeasured: tuple[str, ...]) -> dict:
+@pytest.fixture(scope="session")
+def plain_page(tmp_path_factory) -> str:
+    """The page of a run without videos."""
+    return written(_full(tmp_path_factory.mktemp("plain"), KEPT, "strong", (), None))
+
+
+@pytest.fixture(scope="session")
+def filmed_page(tmp_path_factory, video: Path) -> str:
+    """The page of a run whose kept and whose failed clip have a video."""
+    media = {KEPT: video, "bad": video}
+    return written(_full(tmp_path_factory.mktemp("filmed"), KEPT, "strong", (), media))
+
+
+def written(arguments: dict) -> str:
+    report(**arguments)
+    return arguments["page"].read_text(encoding="utf-8")
+
+
+def _full(
+    at: Path,
+    clip: str,
+    note: str,
+    unmeasured: tuple[str, ...],
+    media: dict[str, Path] | None,
+) -> dict:
     short = {"rule": "too_short", "value": 3.4, "limit": 5.0, "unit": "s"}
     unread = {"rule": "unreadable", "detail": "line 812: found n/a", "first_frame": 3}
     skipped = {"rule": "turned", "detail": "not applied: no head angle is known for this clip"}
@@ -124,6 +172,11 @@ def _full(at: Path, clip: str, note: str, unmeasured: tuple[str, ...]) -> dict:
             [{"clip_id": "bad", "status": "kept"}],
         ),
         _ledger(
+            at / "fetch.parquet",
+            "fetch",
+            [kept | {"rule": "no_video"}, {"clip_id": "bad", "status": "kept"}],
+        ),
+        _ledger(
             at / "ingest.parquet",
             "ingest",
             [kept, {"clip_id": "bad", "status": "failed"} | unread],
@@ -134,7 +187,7 @@ def _full(at: Path, clip: str, note: str, unmeasured: tuple[str, ...]) -> dict:
     moving, marked = motion([clip]), frames([clip], unmeasured)
     paths = {name: at / f"{name}.parquet" for name in ("motion", "frames", "generated")}
     tables.write(tables.MOTION, moving, paths["motion"])
-    tables.write(tables.MOTION, moving, paths["generated"])
+    tables.write(tables.MOTION, moving.head(MADE), paths["generated"])
     tables.write(tables.FRAMES, marked, paths["frames"])
     truth = at / "truth"
     tables.write(tables.FRAMES, frames([clip]), truth / "frames.parquet")
@@ -203,7 +256,8 @@ def _full(at: Path, clip: str, note: str, unmeasured: tuple[str, ...]) -> dict:
     return {
         "page": at / "report" / "index.html",
         "ledgers": ledgers,
-        "clips": [clips(at / "clips.parquet", [clip])],
+        "fetched": [clips(at / "fetched.parquet", [clip, "bad"], media)],
+        "clips": [clips(at / "clips.parquet", [clip], media)],
         "motions": [paths["motion"]],
         "series": series,
         "clusters": clusters,
@@ -221,6 +275,7 @@ def _full(at: Path, clip: str, note: str, unmeasured: tuple[str, ...]) -> dict:
         "metrics": [_write(tables.METRICS, followed, at / "metrics.parquet")],
         "generated": [paths["generated"]],
         "truth": truth,
+        "face": None,
         "annotate": LIMITS,
         "side": "left",
         "options": OPTIONS,
@@ -252,6 +307,7 @@ def empty_run(tmp_path: Path) -> dict:
     }
     single = {n: _write(t, [], at / f"{n}_e.parquet", f"{n}: {why}") for n, t in kinds.items()}
     shards = {
+        "fetched": tables.CLIPS,
         "clips": tables.CLIPS,
         "motions": tables.MOTION,
         "intervals": tables.INTERVALS,
@@ -268,6 +324,7 @@ def empty_run(tmp_path: Path) -> dict:
         "models": ["timeline"],
         "checkpoints": [checkpoint],
         "truth": None,
+        "face": None,
         "annotate": LIMITS,
         "side": "left",
         "options": OPTIONS,

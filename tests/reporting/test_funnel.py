@@ -52,7 +52,7 @@ def test_a_stage_without_its_ledger_is_an_error(tmp_path, ledger):
 
 def test_where_no_clip_came_through_the_later_stages_are_shown_empty(tmp_path, ledger):
     way = funnel([ledger(tmp_path / "a", "catalogue", [lost("a")])], through=[])
-    assert [stage.entered for stage in way.stages] == [1, 0, 0, 0, 0]
+    assert [stage.entered for stage in way.stages] == [1, 0, 0, 0, 0, 0]
     assert way.kept == 0
 
 

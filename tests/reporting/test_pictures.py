@@ -3,11 +3,15 @@ import pandas as pd
 import pytest
 
 from mimeline.reporting import words
+from mimeline.reporting.album import Album
 from mimeline.reporting.channels import channels
 from mimeline.reporting.clusters import regions
 from mimeline.reporting.confusion import matrices
 from mimeline.reporting.dots import dot_chart
 from mimeline.reporting.drawing import Scale, curve, second_ticks, ticks
+from mimeline.reporting.filmstrip import places
+from mimeline.reporting.gauge import WIDTH, gauge
+from mimeline.reporting.stand_in import stand_in
 from mimeline.reporting.timelines import choose, stretches
 from mimeline.reporting.training import loss_curve
 from mimeline.vocabulary import ACTIONS
@@ -37,6 +41,7 @@ def test_clips_that_show_new_actions_are_chosen_first():
     )
     assert choose(intervals, ["a", "b", "c", "d"], 2) == ["a", "c"]
     assert choose(intervals, ["d", "c", "b", "a"], 4) == ["a", "c", "b", "d"]
+    assert choose(intervals, ["a", "b", "c", "d"], 3, filmed={"b", "d"}) == ["b", "d", "c"]
 
 
 def test_stretches_end_where_the_action_changes_or_frames_are_missing():
@@ -123,11 +128,13 @@ def test_an_interval_chosen_for_several_reasons_is_drawn_once(run):
         {"kept_1": 30.0},
         "left",
         wanted=4,
+        album=Album({}, given["motions"], stand_in(None)),
     )
     cluster = found[0].clusters[0]
     assert (cluster.action, cluster.source) == ("BrowUp", "named by a person")
     assert [shown.kind for shown in cluster.exemplars] == ["medoid, longest"]
     assert cluster.exemplars[0].text == "1.00 s, frames 0–29"
+    assert [shot.frame for shot in cluster.exemplars[0].shots] == [0, 14, 29]
     assert found[0].clusters[-1].action == "Neutral"
 
 
@@ -150,3 +157,29 @@ def test_a_confusion_matrix_tells_shares_of_the_true_frames():
     shares = [(share, right) for share, _, right in brow.rows[1].cells]
     assert shares == [(pytest.approx(1 / 3), False), (pytest.approx(2 / 3), True), (0, False)]
     assert matrices(found, None) == []
+
+
+@pytest.mark.parametrize(("value", "limit"), [(12.7, 10.0), (3.4, 5.0), (0.25, 0.1), (0, 2)])
+def test_a_gauge_is_in_proportion(value, limit):
+    shown = gauge(value, limit)
+    assert max(shown.value, shown.limit) == WIDTH
+    assert shown.value * limit == pytest.approx(shown.limit * value, abs=0.1 * max(value, limit))
+    assert shown.over == (value > limit)
+
+
+@pytest.mark.parametrize(
+    ("value", "limit"), [(None, 3), (np.nan, 3), (2, np.nan), (-1, 3), (np.inf, 3), (0, 0)]
+)
+def test_without_two_numbers_there_is_no_gauge(value, limit):
+    assert gauge(value, limit) is None
+
+
+def test_the_pictures_of_a_strip_fill_the_axis_and_stand_at_their_times():
+    x = Scale(30, 330, 112, 840)
+    strip = places(30, 300, x)
+    assert strip[0].x == 112
+    assert strip[-1].x + strip[-1].edge == pytest.approx(x(300), abs=0.2)
+    for place in strip:
+        assert place.x < x(place.frame + 0.5) < place.x + place.edge
+        assert abs(x(place.frame + 0.5) - place.x - place.edge / 2) < 3
+    assert [place.frame for place in places(0, 1, Scale(0, 300, 0, 700))] == [0]

@@ -22,6 +22,7 @@ USERS: dict[str, set[str]] = {
     "select": {"select"},
     "fetch": {"fetch"},
     "ingest": {"ingest"},
+    "ingest.format": {"ingest", "fetch"},
     "ingest.livelink.fps": {"ingest", "fetch"},
     "ingest.pyfeat.fps": {"ingest", "fetch"},
     "ingest.pyfeat.stride": {"ingest", "fetch"},

@@ -4,11 +4,12 @@ rule report:
             "<results>/catalogue/ledger.parquet",
             *expand(
                 "<results>/{stage}/{shard}/ledger.parquet",
-                stage=["select", "ingest", "pose"],
+                stage=["select", "fetch", "ingest", "pose"],
                 shard=SHARDS,
             ),
             "<results>/split/ledger.parquet",
         ],
+        fetched=expand("<results>/fetch/{shard}/clips.parquet", shard=SHARDS),
         clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
         motions=expand("<results>/ingest/{shard}/motion.parquet", shard=SHARDS),
         series=expand("<results>/series/{region}.parquet", region=SERIES_REGIONS),
@@ -34,6 +35,7 @@ rule report:
             model=config["train"]["models"],
         ),
         truth=config["evaluate"]["truth"] or ("<results>/toy/truth" if TOY else []),
+        face=config["report"]["face"] or [],
     output:
         page=report(
             "<results>/report/index.html",

@@ -10,6 +10,7 @@ with stage(snakemake) as job:
     report(
         page=job.output.page,
         ledgers=job.input.ledgers,
+        fetched=job.input.fetched,
         clips=job.input.clips,
         motions=job.input.motions,
         series=by_region(job.input.series),
@@ -26,6 +27,7 @@ with stage(snakemake) as job:
         metrics=job.input.metrics,
         generated=job.input.generated,
         truth=job.input.truth or None,
+        face=job.input.face or None,
         annotate=job.params.annotate,
         side=job.params.side,
         options=job.params.report,

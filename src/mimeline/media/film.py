@@ -12,8 +12,8 @@ from av.codec.context import Flags
 from mimeline.media.ffmpeg import beside
 
 TICKS_PER_S = 90_000  # of a film with times of its own
-# A smaller constant rate factor is finer. Of small pictures, x264's macroblock tree depends on memory
-# that nobody wrote: without it the same pictures give the same bytes.
+# A smaller constant rate factor is finer. Of small pictures, x264's macroblock tree depends on
+# memory that nobody wrote: without it the same pictures give the same bytes.
 ENCODING = {"crf": "20", "preset": "veryfast", "x264-params": "mbtree=0"}
 
 

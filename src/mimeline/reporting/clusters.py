@@ -1,6 +1,6 @@
-"""The clusters of each region: their names, and curves of a few of their intervals."""
+"""The clusters of each region: their names, and a few of their intervals as pictures and curves."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,18 +9,23 @@ import pandas as pd
 
 from mimeline import tables
 from mimeline.annotation.series import dead_channels, sequences
+from mimeline.reporting.album import Album, Shot
 from mimeline.reporting.drawing import Scale, curve, second_ticks
 from mimeline.vocabulary import ACTIONS, NEUTRAL, series_channels
 
 KINDS = ("medoid", "longest", "border", "random")  # the order in which they are shown
-WIDTH, HEIGHT = 176, 74
+WIDTH, HEIGHT = 176, 74  # of the curves
+GAP, LEADERS = 3, 9  # between the pictures above; height of the lines up to them
 CONTEXT_FRAMES, CONTEXT_SHARE = 12, 0.3  # shown before and after an interval
 MOST_POINTS = 120  # longer curves are thinned
 
 
 @dataclass(frozen=True)
 class Exemplar:
-    """A small picture: one path per channel, whole and within the interval [x0, x1]."""
+    """A small picture: one path per channel, whole and within the interval [x0, x1].
+
+    shots: the interval's first, middle and last frame; leader: a line from each to the curves.
+    """
 
     clip_id: str
     kind: str
@@ -29,6 +34,8 @@ class Exemplar:
     x0: float
     x1: float
     seconds: list[float]
+    shots: list[Shot]
+    leader: str
 
 
 @dataclass(frozen=True)
@@ -64,10 +71,12 @@ def regions(
     fps: Mapping[str, float],
     side: str,
     wanted: int,
+    album: Album,
 ) -> list[Region]:
     """One entry per series region.
 
-    series, clusters: tables by region; fps: by clip; wanted: exemplars drawn per cluster.
+    series, clusters: tables by region; fps: by clip; wanted: exemplars drawn per cluster; album:
+    is asked for their pictures.
     """
     names = tables.read(tables.LABELS, labels)
     shown = tables.read(tables.EXEMPLARS, exemplars)
@@ -81,6 +90,7 @@ def regions(
             fps,
             side,
             wanted,
+            album,
             tables.reason(labels),
         )
         for region, path in series.items()
@@ -96,6 +106,7 @@ def _region(
     fps: Mapping[str, float],
     side: str,
     wanted: int,
+    album: Album,
     why: str,
 ) -> Region:
     channels = series_channels(region, side)
@@ -112,7 +123,7 @@ def _region(
     for name in _ordered(names).itertuples():
         own = shown[shown["cluster"] == name.cluster]
         drawn = [
-            _exemplar(row, by_clip[row.clip_id], channels, fps.get(row.clip_id), top)
+            _exemplar(row, by_clip[row.clip_id], channels, fps.get(row.clip_id), top, album)
             for row in _distinct(own).head(wanted).itertuples()
             if row.clip_id in by_clip
         ]
@@ -145,7 +156,12 @@ def _top(values: np.ndarray) -> float:
 
 
 def _exemplar(
-    row, frames: pd.DataFrame, channels: tuple[str, ...], fps: float | None, top: float
+    row,
+    frames: pd.DataFrame,
+    channels: tuple[str, ...],
+    fps: float | None,
+    top: float,
+    album: Album,
 ) -> Exemplar:
     context = CONTEXT_FRAMES + round(CONTEXT_SHARE * (row.end_frame - row.start_frame))
     number = frames["frame"].to_numpy("int64")
@@ -161,6 +177,7 @@ def _exemplar(
     length = row.end_frame - row.start_frame
     seconds = f"{length / fps:.2f} s" if fps else f"{length} frames"
     ticks = [x(s * fps) for s in second_ticks(start / fps, stop / fps, most=20)] if fps else []
+    shown = [row.start_frame, (row.start_frame + row.end_frame - 1) // 2, row.end_frame - 1]
     return Exemplar(
         row.clip_id,
         row.kind,
@@ -169,4 +186,14 @@ def _exemplar(
         max(0.0, x(row.start_frame - 0.5)),
         min(float(WIDTH), x(row.end_frame - 0.5)),
         [t for t in ticks if 0 <= t <= WIDTH],
+        [album.ask(row.clip_id, frame, region=row.region) for frame in shown],
+        _leader([x(frame) for frame in shown]),
     )
+
+
+def _leader(places: Sequence[float]) -> str:
+    """From under the middle of each picture, which fill the width, down to its place."""
+    edge = (WIDTH - GAP * (len(places) - 1)) / len(places)
+    middles = [edge / 2 + (edge + GAP) * number for number in range(len(places))]
+    lines = zip(middles, places, strict=True)
+    return "".join(f"M{a:.1f} {-LEADERS}L{b:g} 0V{HEIGHT - 1}" for a, b in lines)

@@ -9,8 +9,10 @@ import pandas as pd
 from mimeline import tables
 from mimeline.errors import BadFile
 from mimeline.reporting import words
+from mimeline.reporting.gauge import Gauge, gauge
 
-STAGES = ("catalogue", "select", "ingest", "pose", "split")  # in the order that clips pass them
+# in the order that clips pass them
+STAGES = ("catalogue", "select", "fetch", "ingest", "pose", "split")
 STATUSES = ("kept", "dropped", "failed")
 MOST_ROWS = 400  # more lost clips are counted, not listed
 MOST_NAMED = 6  # clips named beside a note
@@ -33,16 +35,22 @@ class Stage:
 
 @dataclass(frozen=True)
 class Loss:
-    """A clip that did not come through, in words."""
+    """A clip that did not come through, in words.
+
+    span: first and last frame that broke the rule, where they are known.
+    """
 
     clip_id: str
     stage: str
     status: str
+    rule: str
     reason: str
     value: str
     limit: str
     frames: str
     detail: str
+    gauge: Gauge | None
+    span: tuple[int, int] | None
 
 
 @dataclass(frozen=True)
@@ -50,6 +58,7 @@ class Note:
     """Something the ledger says about clips that were kept."""
 
     stage: str
+    rule: str
     text: str
     clips: int
     named: list[str]
@@ -173,22 +182,24 @@ def _stage(name: str, rows: pd.DataFrame) -> Stage:
 
 
 def _loss(row) -> Loss:
-    limit = words.measure(row.limit, row.unit)
-    frames = ""
+    frames, span = "", None
     if pd.notna(row.first_frame):
-        frames = f"{row.first_frame}"
-        if pd.notna(row.last_frame) and row.last_frame != row.first_frame:
-            frames += f"–{row.last_frame}"
+        last = row.first_frame if pd.isna(row.last_frame) else row.last_frame
+        span = (int(row.first_frame), int(last))
+        frames = f"{span[0]}" if span[0] == span[1] else f"{span[0]}–{span[1]}"
     detail = "" if pd.isna(row.detail) else row.detail
     return Loss(
         row.clip_id,
         row.stage,
         row.status,
+        "" if pd.isna(row.rule) else row.rule,
         words.rule(row.rule),
         words.measure(row.value, row.unit),
-        limit,
+        words.measure(row.limit, row.unit),
         frames,
         detail,
+        gauge(row.value, row.limit),
+        span,
     )
 
 
@@ -203,9 +214,10 @@ def _notes(rows: pd.DataFrame, order: Sequence[str]) -> list[Note]:
     noted.loc[by_time, "text"] = named + ": " + detail
     notes = []
     for stage in order:
-        for text, group in noted[noted["stage"] == stage].groupby("text", sort=True):
+        own = noted[noted["stage"] == stage]
+        for (text, rule), group in own.groupby(["text", "rule"], sort=True):
             ids = sorted(group["clip_id"])
-            notes.append(Note(stage, str(text), len(ids), ids[:MOST_NAMED]))
+            notes.append(Note(stage, str(rule), str(text), len(ids), ids[:MOST_NAMED]))
     return notes
 
 

@@ -1,7 +1,8 @@
-"""Motion that a model made, drawn over the timeline that it was asked for."""
+"""Motion that a model made, as curves and as a face, over the timeline that it was asked for."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,9 @@ import pandas as pd
 from mimeline import tables
 from mimeline.reporting import words
 from mimeline.reporting.drawing import Scale, curve, second_ticks
+from mimeline.reporting.filmstrip import Place, places
+from mimeline.reporting.side_by_side import SideBySide, side_by_side
+from mimeline.reporting.stand_in import StandIn
 from mimeline.reporting.timelines import Stretch, choose, stretches, within
 from mimeline.vocabulary import CHANNELS, TRACKS
 
@@ -51,7 +55,11 @@ class Plot:
 
 @dataclass(frozen=True)
 class Asked:
-    """A clip whose timeline was asked for."""
+    """A clip whose timeline was asked for.
+
+    edge: of the strips' pictures; strips: "made" and "real" → where which picture (a data URI)
+    stands.
+    """
 
     clip_id: str
     about: str
@@ -61,6 +69,9 @@ class Asked:
     height: float
     left: float
     end: float
+    edge: float
+    strips: dict[str, list[tuple[Place, str]]]
+    film: SideBySide
 
 
 def pictures(
@@ -70,29 +81,31 @@ def pictures(
     clips: pd.DataFrame,
     side: str,
     wanted: int,
+    stand_in: StandIn,
 ) -> list[Asked]:
     """A few requested timelines with the motion that was made for them.
 
     generated: `motion`, clip_id being the clip whose timeline (in frames) was asked for; motions:
-    the real clips' `motion`; clips: `clips`, for the frame rate.
+    the real clips' `motion`; clips: `clips`, for the frame rate; stand_in: who acts them out.
     """
     made = tables.read(tables.MOTION, generated)
     if made.empty:
         return []
     asked = frames[frames["clip_id"].isin(made["clip_id"].unique())]
     ids = choose(_as_intervals(asked), sorted(asked["clip_id"].unique()), wanted)
-    columns = ["clip_id", "frame", *CHANNELS]
+    columns = ["clip_id", "frame", "valid", *CHANNELS]
     parts = [tables.read(tables.MOTION, path, columns) for path in motions]
     real = pd.concat([part[part["clip_id"].isin(ids)] for part in parts])
-    rates = {c.clip_id: c.fps_num / c.fps_den for c in clips.itertuples()}
+    rates = {c.clip_id: Fraction(int(c.fps_num), int(c.fps_den)) for c in clips.itertuples()}
     return [
         _picture(
             clip,
-            float(rates.get(clip, 30)),
+            rates.get(clip, Fraction(30)),
             made[made["clip_id"] == clip],
             real[real["clip_id"] == clip],
             asked[asked["clip_id"] == clip],
             side,
+            stand_in,
         )
         for clip in ids
     ]
@@ -109,8 +122,15 @@ def _as_intervals(frames: pd.DataFrame) -> pd.DataFrame:
 
 
 def _picture(
-    clip: str, fps: float, made: pd.DataFrame, real: pd.DataFrame, asked: pd.DataFrame, side: str
+    clip: str,
+    rate: Fraction,
+    made: pd.DataFrame,
+    real: pd.DataFrame,
+    asked: pd.DataFrame,
+    side: str,
+    stand_in: StandIn,
 ) -> Asked:
+    fps = float(rate)
     end = min(int(made["frame"].max()) + 1, int(LONGEST_S * fps))
     x = Scale(0, end, LEFT, WIDTH - RIGHT)
     plots = []
@@ -121,7 +141,17 @@ def _picture(
         plots.append(_plot(track, channels, TOP + ROW * len(plots), end, made, real, asked, x, fps))
     ticks = [(x(s * fps), f"{s:g}") for s in second_ticks(0, end / fps)]
     about = f"{end / fps:.1f} s at {fps:g} frames per second"
-    return Asked(clip, about, plots, ticks, WIDTH, TOP + ROW * len(plots), LEFT, x(end))
+    along = places(0, end, x)
+    runs = [[run for run in stretches(asked, track) if run[1] < end] for track in TRACKS]
+    film = side_by_side(stand_in, made, real, runs, end, rate, [place.frame for place in along])
+    strips = {
+        name: [(place, uri) for place, uri in zip(along, uris, strict=True) if uri]
+        for name, uris in film.strips.items()
+    }
+    height = TOP + ROW * len(plots)
+    return Asked(
+        clip, about, plots, ticks, WIDTH, height, LEFT, x(end), along[0].edge, strips, film
+    )
 
 
 def _sided(base: str, side: str) -> str:

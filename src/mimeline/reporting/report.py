@@ -10,13 +10,17 @@ import jinja2
 import pandas as pd
 
 from mimeline import __version__, tables
-from mimeline.reporting import words
+from mimeline.reporting import gauge, words
+from mimeline.reporting.album import Album
 from mimeline.reporting.channels import channels
-from mimeline.reporting.clusters import HEIGHT, WIDTH, regions
+from mimeline.reporting.clusters import GAP, HEIGHT, LEADERS, WIDTH, regions
 from mimeline.reporting.confusion import matrices
+from mimeline.reporting.evidence import evidence
 from mimeline.reporting.funnel import STATUSES, funnel
 from mimeline.reporting.generated import pictures
 from mimeline.reporting.scores import scores
+from mimeline.reporting.sheet import sheet, shown
+from mimeline.reporting.stand_in import stand_in
 from mimeline.reporting.style import themes
 from mimeline.reporting.summary import figures, lead, missing
 from mimeline.reporting.timelines import timelines
@@ -32,6 +36,7 @@ GENERATED = 3  # requested timelines drawn per model
 def report(
     page: str | Path,
     ledgers: Sequence[str | Path],
+    fetched: Sequence[str | Path],
     clips: Sequence[str | Path],
     motions: Sequence[str | Path],
     series: Mapping[str, str | Path],
@@ -48,17 +53,20 @@ def report(
     metrics: Sequence[str | Path],
     generated: Sequence[str | Path],
     truth: str | Path | None,
+    face: str | Path | None,
     annotate: Mapping[str, Any],
     side: str,
     options: Mapping[str, Any],
 ) -> None:
     """Write the page of a run: self-contained HTML, of which nothing in the tables becomes markup.
 
-    ledgers, clips (kept), motions, intervals, frames: a table per shard. series, clusters: tables
-    by region. checkpoints, metrics, generated: one per model. truth: a folder with frames.parquet
-    and perhaps faults.csv, or None. annotate: the limits of the annotation. side: the side of the
+    ledgers, fetched (clips with their videos), clips (kept), motions, intervals, frames: a table
+    per shard. series, clusters: tables by region. checkpoints, metrics, generated: one per model.
+    truth: a folder with frames.parquet and perhaps faults.csv, or None. face: what motion is drawn
+    on, None for the embedded face. annotate: the limits of the annotation. side: the side of the
     face that was clustered. options: title, clips (timelines drawn), exemplars (per cluster).
-    A table that is empty shows its reason. Raises BadFile where the ledgers do not add up.
+    A table that is empty shows its reason; a video or face that cannot be read is said and stood in
+    for. Raises BadFile where the ledgers do not add up.
     """
     kept = tables.read_all(tables.CLIPS, clips)
     marked = tables.read_all(tables.FRAMES, frames)
@@ -68,15 +76,23 @@ def report(
     fps = {clip.clip_id: float(clip.fps_num / clip.fps_den) for clip in kept.itertuples()}
     through = set(parts["clip_id"])
     way = funnel(ledgers, truth, through)
-    found = regions(series, clusters, labels, exemplars, fps, side, options["exemplars"])
-    drawn = timelines(kept, intervals, marked, true, options["clips"], part_of)
+    videos = tables.read_all(tables.CLIPS, fetched)
+    videos = videos[videos["media"].notna()]
+    actor = stand_in(face)
+    album = Album(dict(zip(videos["clip_id"], videos["media"], strict=True)), motions, actor)
+    found = regions(series, clusters, labels, exemplars, fps, side, options["exemplars"], album)
+    drawn = timelines(kept, intervals, marked, true, options["clips"], part_of, album)
+    lengths = dict(zip(videos["clip_id"], videos["n_frames"], strict=True))
+    why = evidence(way.losses, motions, lengths, album)
+    cards = sheet(kept, marked, album)
+    album.develop()
     scored = scores(annotation_metrics, marked, true)
     measured = channels(statistics)
     trained = [
         model(name, checkpoint, scores_of)
         for name, checkpoint, scores_of in zip(models, checkpoints, metrics, strict=True)
     ]
-    asked = [pictures(path, motions, marked, kept, side, GENERATED) for path in generated]
+    asked = [pictures(path, motions, marked, kept, side, GENERATED, actor) for path in generated]
     whole = kept[kept["clip_id"].isin(through)]
     owners = tables.read_all(tables.INTERVALS, intervals, ["clip_id"])["clip_id"]
     n_intervals = int(owners.isin(through).sum())
@@ -97,12 +113,16 @@ def report(
         themes=themes(),
         figures=figures(way, whole, n_intervals, scored, trained),
         lead=lead(way, parts, found, true is not None),
-        missing=missing(way, measured, found, drawn, scored, trained),
+        missing=missing(way, measured, found, drawn, scored, trained, album),
         funnel=way,
+        evidence=why,
+        gauge_width=gauge.WIDTH,
+        sheet=shown(cards, album),
+        album=album,
         statuses=STATUSES,
         channels=measured,
         regions=found,
-        exemplar={"width": WIDTH, "height": HEIGHT},
+        exemplar={"width": WIDTH, "height": HEIGHT, "leaders": LEADERS, "gap": GAP},
         timelines=drawn,
         tracks={track: track_actions(track) for track in TRACKS},
         actions=list(ACTIONS),

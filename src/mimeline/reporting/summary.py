@@ -6,12 +6,16 @@ from dataclasses import dataclass
 import pandas as pd
 
 from mimeline.reporting import words
+from mimeline.reporting.album import Album
 from mimeline.reporting.channels import Channels
 from mimeline.reporting.clusters import Region
 from mimeline.reporting.funnel import Funnel
 from mimeline.reporting.scores import Scores
 from mimeline.reporting.timelines import Timelines
 from mimeline.reporting.training import Model
+
+NAMED = 6  # of many
+OPTIONAL = ("no_video",)  # rules whose notes are no lack: nothing of a run needs a video
 
 
 @dataclass(frozen=True)
@@ -82,8 +86,9 @@ def missing(
     drawn: Timelines,
     scored: Scores,
     models: Sequence[Model],
+    album: Album,
 ) -> list[tuple[str, str]]:
-    """(anchor, sentence) of everything that this run could not tell."""
+    """(anchor, sentence) of everything that this run could not tell, nor show."""
     told: list[tuple[str, str]] = []
     if measured.absent and not measured.reason:
         told.append(("channels", _some(measured.absent, "is not measured", "are not measured")))
@@ -96,7 +101,8 @@ def missing(
     told += [
         ("funnel", f"{note.stage}: {note.text} ({words.clips(note.clips)})")
         for note in way.notes
-        if "not applied" in note.text or note.text.startswith("parts are")
+        if note.rule not in OPTIONAL
+        and ("not applied" in note.text or note.text.startswith("parts are"))
     ]
     if scored.reason:
         told.append(("scores", f"no annotation scores: {scored.reason}"))
@@ -105,11 +111,17 @@ def missing(
             told.append(("model", f"no {model.name} model: {model.reason}"))
         elif model.metrics_reason:
             told.append(("model", f"no scores of {model.name}: {model.metrics_reason}"))
+    if album.gone:
+        names = ", ".join(sorted(album.gone)[:NAMED]) + (" …" if len(album.gone) > NAMED else "")
+        many = f"{words.clips(len(album.gone))} ({names})"
+        told.append(("funnel", f"the video of {many} cannot be shown: the motion is drawn instead"))
+    if album.stand_in.reason:
+        told.append(("clusters", f"the embedded face stands in: {album.stand_in.reason}"))
     return told
 
 
-def _some(names: Sequence[str], one: str, many: str, most: int = 6) -> str:
-    shown = ", ".join(names[:most]) + (" …" if len(names) > most else "")
+def _some(names: Sequence[str], one: str, many: str) -> str:
+    shown = ", ".join(names[:NAMED]) + (" …" if len(names) > NAMED else "")
     subject = f"1 channel {one}" if len(names) == 1 else f"{len(names)} channels {many}"
     return f"{subject} ({shown})"
 

@@ -1,6 +1,6 @@
-"""Timelines of a few clips: eight tracks of intervals, with the truth below each."""
+"""Timelines of a few clips: pictures over eight tracks of intervals, with the truth below each."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,7 +10,9 @@ import pandas as pd
 from mimeline import tables
 from mimeline.annotation.runs import run_starts
 from mimeline.reporting import words
+from mimeline.reporting.album import Album, Shot
 from mimeline.reporting.drawing import Scale, second_ticks
+from mimeline.reporting.filmstrip import Place, places
 from mimeline.vocabulary import ACTIONS, TRACKS, track_actions
 
 LEFT, RIGHT, WIDTH = 112, 20, 860
@@ -55,6 +57,7 @@ class Picture:
     height: float
     end: float
     has_truth: bool
+    strip: list[tuple[Place, Shot]]
 
 
 @dataclass(frozen=True)
@@ -76,30 +79,36 @@ def timelines(
     truth: pd.DataFrame | None,
     wanted: int,
     parts: Mapping[str, str],
+    album: Album,
 ) -> Timelines:
-    """Pictures of the clips that together show the most actions.
+    """Pictures of the clips that together show the most actions, filmed ones first.
 
     clips: `clips` kept, with fps; frames: the `frames` table; truth: such a table, or None;
-    parts: clip → train, val or test.
+    parts: clip → train, val or test; album: is asked for the strips' pictures.
     """
     found = tables.read_all(tables.INTERVALS, intervals)
     if frames.empty:
         why = next((r for path in intervals if (r := tables.reason(path))), "no clip came through")
         return Timelines([], why, [])
     unmeasured = [t for t in TRACKS if frames[list(track_actions(t))].isna().all(axis=None)]
-    chosen = choose(found, sorted(frames["clip_id"].unique()), wanted)
+    chosen = choose(found, sorted(frames["clip_id"].unique()), wanted, set(album.media))
     by_id = clips.set_index("clip_id")
     spans = {clip: _span(clip, by_id, frames, found) for clip in chosen}
     longest = max((span[2] - span[1]) / span[0] for span in spans.values())
     pictures = [
-        _picture(clip, spans[clip], longest, found, frames, truth, parts.get(clip, "no"))
+        _picture(clip, spans[clip], longest, found, frames, truth, parts.get(clip, "no"), album)
         for clip in chosen
     ]
     return Timelines(pictures, "", unmeasured)
 
 
-def choose(intervals: pd.DataFrame, clips: Sequence[str], wanted: int) -> list[str]:
-    """Clips that show many different actions, those not shown yet first; ties by id."""
+def choose(
+    intervals: pd.DataFrame, clips: Sequence[str], wanted: int, filmed: Collection[str] = ()
+) -> list[str]:
+    """Clips that show many different actions, those not shown yet first; ties by id.
+
+    Filmed ones come before all others.
+    """
     shows = intervals.groupby("clip_id")["action"].agg(set).to_dict()
     counts = intervals["clip_id"].value_counts()
     left, chosen, seen = list(clips), [], set()
@@ -107,6 +116,7 @@ def choose(intervals: pd.DataFrame, clips: Sequence[str], wanted: int) -> list[s
         best = min(
             left,
             key=lambda clip: (
+                clip not in filmed,
                 -len(shows.get(clip, set()) - seen),
                 -len(shows.get(clip, set())),
                 -int(counts.get(clip, 0)),
@@ -149,6 +159,7 @@ def _picture(
     frames: pd.DataFrame,
     truth: pd.DataFrame | None,
     part: str,
+    album: Album,
 ) -> Picture:
     fps, start, end = span
     x = Scale(start, start + longest_s * fps, LEFT, WIDTH - RIGHT)
@@ -176,7 +187,8 @@ def _picture(
     about += f", {PARTS.get(part, part)} part"
     ticks = [(x(s * fps), f"{s:g}") for s in second_ticks(start / fps, end / fps)]
     height = TOP + len(TRACKS) * ROW
-    return Picture(clip, about, rows, ticks, height, x(end), len(true) > 0)
+    strip = [(place, album.ask(clip, place.frame)) for place in places(start, end, x)]
+    return Picture(clip, about, rows, ticks, height, x(end), len(true) > 0, strip)
 
 
 def within(

@@ -1,0 +1,145 @@
+"""Pictures of clips for the page: frames of their videos, else their motion on a drawn face.
+
+The page's parts ask for the frames that they show; then each video is opened once and each frame
+drawn once.
+"""
+
+import base64
+import logging
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pandas as pd
+
+from mimeline import tables
+from mimeline.media.frames import read_frames
+from mimeline.media.picture import encode
+from mimeline.reporting.filmstrip import Place
+from mimeline.reporting.stand_in import StandIn
+from mimeline.vocabulary import CHANNELS
+
+log = logging.getLogger(__name__)
+
+SIZE = 112  # pixels of a small picture's edge: twice what it is shown at
+MIDDLE = 0.76  # of a video's picture, which a face fills
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A frame of a clip that the page wants to show, size pixels wide and high.
+
+    region: a series region that is to be seen well, close where the frame is drawn; None: the head.
+    """
+
+    clip_id: str
+    frame: int
+    size: int
+    region: str | None
+
+
+@dataclass(frozen=True)
+class Picture:
+    """filmed: a frame of the clip's video; else the clip's motion drawn."""
+
+    uri: str
+    filmed: bool
+
+    @property
+    def origin(self) -> str:
+        return "filmed" if self.filmed else "drawn"
+
+
+class Album:
+    """Collects shots, then has their pictures.
+
+    media: clip → video, at the clip's own rate. motions: `motion` tables of the clips.
+    gone: clip → why its video could not be read, once developed.
+    """
+
+    def __init__(self, media: Mapping[str, Path], motions: Sequence[str | Path], stand_in: StandIn):
+        self.media, self.motions, self.stand_in = media, motions, stand_in
+        self.gone: dict[str, str] = {}
+        self._shots: dict[str, set[Shot]] = defaultdict(set)
+        self._pictures: dict[Shot, Picture] = {}
+
+    def ask(self, clip_id: str, frame: int, size: int = SIZE, region: str | None = None) -> Shot:
+        """A picture is wanted; whether there is one shows when all are developed."""
+        shot = Shot(clip_id, int(frame), size, region)
+        self._shots[clip_id].add(shot)
+        return shot
+
+    def get(self, shot: Shot | None) -> Picture | None:
+        """The picture, or None: no video, and no motion measured in that frame."""
+        return self._pictures.get(shot) if shot else None
+
+    def found(self, wanted: Iterable[tuple[Place, Shot]]) -> list[tuple[Place, Picture]]:
+        """Of a strip, the places for which there is a picture."""
+        return [(place, self._pictures[shot]) for place, shot in wanted if shot in self._pictures]
+
+    def any(self, shots: Iterable[Shot]) -> bool:
+        return any(shot in self._pictures for shot in shots)
+
+    def filmed(self) -> bool:
+        return any(picture.filmed for picture in self._pictures.values())
+
+    def drawn(self) -> bool:
+        return any(not picture.filmed for picture in self._pictures.values())
+
+    def develop(self) -> None:
+        """Make every picture that was asked for, where that is possible."""
+        for clip_id in self.media.keys() & self._shots.keys():
+            self._film(clip_id, sorted(self._shots[clip_id], key=lambda shot: shot.frame))
+        open_shots = {
+            shot for own in self._shots.values() for shot in own if shot not in self._pictures
+        }
+        if open_shots:
+            for path in self.motions:
+                self._draw(path, open_shots)
+        filmed = sum(picture.filmed for picture in self._pictures.values())
+        log.info("%d frames of videos, %d drawn", filmed, len(self._pictures) - filmed)
+
+    def _film(self, clip_id: str, shots: list[Shot]) -> None:
+        try:
+            frames = read_frames(self.media[clip_id], [shot.frame for shot in shots])
+        except Exception as error:  # whatever is wrong with it, a page does not fall for a picture
+            self.gone[clip_id] = str(error)
+            log.warning("%s is drawn, its video cannot be shown: %s", clip_id, error)
+            return
+        for shot, frame in zip(shots, frames, strict=True):
+            picture = square(frame, shot.size, share=MIDDLE if shot.region else 1.0)
+            self._pictures[shot] = Picture(data_uri(picture), filmed=True)
+
+    def _draw(self, path: str | Path, shots: set[Shot]) -> None:
+        wanted = pd.DataFrame(
+            [(shot.clip_id, shot.frame, (shot.size, shot.region), shot) for shot in shots],
+            columns=["clip_id", "frame", "view", "shot"],
+        )
+        rows = tables.read(tables.MOTION, path, ["clip_id", "frame", "valid", *CHANNELS])
+        rows = rows[rows["valid"] & rows["clip_id"].isin(wanted["clip_id"])]
+        rows = rows.merge(wanted, on=["clip_id", "frame"])
+        for view, same in rows.groupby("view", sort=False):
+            drawn = self.stand_in.pictures(same, *view)
+            for shot, picture in zip(same["shot"], drawn, strict=True):
+                self._pictures[shot] = Picture(data_uri(picture), filmed=False)
+
+
+def data_uri(picture: np.ndarray) -> str:
+    """A picture (H, W, 3) uint8 RGB as an address that holds it."""
+    return "data:image/webp;base64," + base64.b64encode(encode(picture, "webp")).decode()
+
+
+def square(frame: np.ndarray, size: int, share: float = 1.0) -> np.ndarray:
+    """The middle of a wide picture, the upper part of a high one, size pixels wide and high.
+
+    share: of that square's edge, about its middle.
+    """
+    height, width = frame.shape[:2]
+    edge = max(1, round(share * min(height, width)))
+    left, top = (width - edge) // 2, (min(height, width) - edge) // 2
+    part = frame[top : top + edge, left : left + edge]
+    way = cv2.INTER_AREA if edge > size else cv2.INTER_LINEAR
+    return cv2.resize(part, (size, size), interpolation=way)
