@@ -6,6 +6,7 @@ from mimeline.vocabulary import SERIES_REGIONS, resource
 from mimeline.workflow import (
     chosen,
     code_digest,
+    limits_of_videos,
     listing,
     rate_of_clips,
     settle_config,

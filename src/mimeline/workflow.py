@@ -64,6 +64,14 @@ def tracker_of_takes(config: dict[str, Any]) -> dict[str, Any] | None:
     return chosen(config["ingest"]) | {"bad_values": config["ingest"]["bad_values"]}
 
 
+def limits_of_videos(config: dict[str, Any]) -> dict[str, Any] | None:
+    """What a video may ask of us, for a catalogue of bare videos; None for every other."""
+    if config["catalogue"]["format"] != "videos":
+        return None
+    names = ("max_pixels", "max_source_s", "max_mb", "timeout_s")
+    return {name: config["fetch"][name] for name in names}
+
+
 def rate_of_clips(config: dict[str, Any]) -> str:
     """Frames per second to cut videos to, as text: fetch.fps, else the tracking results' own."""
     if config["fetch"]["fps"] is not None:

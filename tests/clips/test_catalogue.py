@@ -23,7 +23,7 @@ def run(tmp_path):
         (tmp_path / "acts.json").write_text(json.dumps({"act": acts or {}}))
         paths = [tmp_path / f"{n}.parquet" for n in range(shards)]
         ledger = tmp_path / "ledger.parquet"
-        catalogue(tmp_path, paths, ledger, "celebvtext", OPTIONS, cut_s, None)
+        catalogue(tmp_path, paths, ledger, "celebvtext", OPTIONS, cut_s, None, None)
         rows = tables.read(tables.LEDGER, ledger).set_index("clip_id")
         return tables.read_all(tables.CLIPS, paths).set_index("clip_id"), rows
 
@@ -135,7 +135,7 @@ def test_files_of_a_folder_are_takes_as_long_as_their_results(tmp_path, real_dat
     }
     out, ledger = tmp_path / "clips.parquet", tmp_path / "ledger.parquet"
     options = {"pattern": "*.csv", "exclude": [], "subject": "me"}
-    catalogue(real_data / "arkit_livelink", [out], ledger, "files", options, 10.0, tracker)
+    catalogue(real_data / "arkit_livelink", [out], ledger, "files", options, 10.0, tracker, None)
     clips = tables.read(tables.CLIPS, out)
     assert len(clips) == 14
     assert clips["end_s"].max() == pytest.approx(4033 / 30)
@@ -145,7 +145,7 @@ def test_files_of_a_folder_are_takes_as_long_as_their_results(tmp_path, real_dat
 def test_a_real_catalogue_reads_whole(tmp_path, real_data):
     out, ledger = tmp_path / "clips.parquet", tmp_path / "ledger.parquet"
     options = {"info": "celebvtext_info-sample.json", "annotations": None}
-    catalogue(real_data / "celebv", [out], ledger, "celebvtext", options, None, None)
+    catalogue(real_data / "celebv", [out], ledger, "celebvtext", options, None, None, None)
     clips = tables.read(tables.CLIPS, out)
     assert len(clips) == 43
     assert clips["clip_id"].str.startswith("-").sum() == 1
@@ -155,6 +155,6 @@ def test_a_folder_without_takes_or_no_folder_says_so(tmp_path):
     options = {"pattern": "*.csv", "exclude": [], "subject": "me"}
     out = ([tmp_path / "clips.parquet"], tmp_path / "ledger.parquet")
     with pytest.raises(BadFile, match=r"no file \*.csv"):
-        catalogue(tmp_path, *out, "files", options, None, {"options": {"folder": "."}})
+        catalogue(tmp_path, *out, "files", options, None, {"options": {"folder": "."}}, None)
     with pytest.raises(BadFile, match="no such folder"):
-        catalogue(tmp_path / "nowhere", *out, "files", options, None, {})
+        catalogue(tmp_path / "nowhere", *out, "files", options, None, {}, None)

@@ -8,8 +8,10 @@ from mimeline.clips.catalogue import catalogue
 from mimeline.clips.videos import read, videos_in
 from mimeline.errors import BadFile
 from mimeline.media.film import write_film
+from mimeline.media.limits import Limits
 
 OPTIONS = {"folder": "videos", "pattern": "*", "exclude": [], "subject": None}
+LIMITS = Limits()
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +28,7 @@ def data(tmp_path_factory):
 
 
 def test_each_video_is_a_source_as_long_as_itself(data):
-    rows, bad = read(data, **OPTIONS | {"subject": "ann"})
+    rows, bad = read(data, **OPTIONS | {"subject": "ann"}, limits=LIMITS)
     assert [(row["clip_id"], row["source_id"], row["subject_id"]) for row in rows] == [
         ("long", "long", "ann"),
         ("short", "short", "ann"),
@@ -37,20 +39,22 @@ def test_each_video_is_a_source_as_long_as_itself(data):
 
 
 def test_files_are_chosen_by_pattern_and_left_out_by_name(data):
-    assert [row["clip_id"] for row in read(data, **OPTIONS | {"pattern": "l*"})[0]] == ["long"]
-    rows, bad = read(data, **OPTIONS | {"exclude": ["long.mp4", "page.mp4"]})
+    assert [
+        row["clip_id"] for row in read(data, **OPTIONS | {"pattern": "l*"}, limits=LIMITS)[0]
+    ] == ["long"]
+    rows, bad = read(data, **OPTIONS | {"exclude": ["long.mp4", "page.mp4"]}, limits=LIMITS)
     assert [row["clip_id"] for row in rows] == ["short"] and bad == {}
 
 
 def test_a_folder_without_videos_is_refused(data, tmp_path):
     for place, options in ((data, {"pattern": "*.txt"}), (tmp_path, {}), (data, {"folder": "x"})):
         with pytest.raises(BadFile, match="no video among"):
-            read(place, **OPTIONS | options)
+            read(place, **OPTIONS | options, limits=LIMITS)
 
 
 def test_a_videos_catalogue_can_be_cut_into_clips(data, tmp_path):
     clips, ledger = tmp_path / "clips.parquet", tmp_path / "ledger.parquet"
-    catalogue(data, [clips], ledger, "videos", OPTIONS, cut_s=1.5, tracker=None)
+    catalogue(data, [clips], ledger, "videos", OPTIONS, cut_s=1.5, tracker=None, limits={})
     table = tables.read(tables.CLIPS, clips)
     assert table["clip_id"].tolist() == ["long_000", "long_001", "short"]
     assert table["end_s"].tolist() == [1.5, 3.0, 1.2]

@@ -243,7 +243,7 @@ def test_what_stood_there_stays_when_a_cut_fails(second, limits, tmp_path):
         cut(second, video, target, **PIECE, limits=Limits(timeout_s=0.001))
     assert caught.value.rule == "timed_out"
     with pytest.raises(BadFile, match="SIGXFSZ"):
-        cut(second, video, target, **PIECE, limits=Limits(max_bytes=500))
+        cut(second, video, target, **PIECE, limits=Limits(max_mb=0.0005))
     assert target.read_text() == "before"
     assert sorted(path.name for path in tmp_path.iterdir()) == ["cut.mp4", "spoilt.mp4"]
 

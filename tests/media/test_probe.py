@@ -180,7 +180,7 @@ def test_limits_of_size_bytes_and_time_are_kept(second, tmp_path):
     for limit, rule in (
         ({"max_pixels": 64 * 48 - 1}, "too_large"),
         ({"max_source_s": 0.9}, "too_long_source"),
-        ({"max_bytes": 1000}, "too_many_bytes"),
+        ({"max_mb": 0.001}, "too_many_bytes"),
         ({"timeout_s": 0.001}, "timed_out"),
     ):
         with pytest.raises(Refused) as caught:
@@ -201,7 +201,7 @@ def test_what_is_no_regular_file_is_not_waited_for(limits, tmp_path):
 
 def test_a_refusal_travels_between_processes(second):
     with pytest.raises(Refused) as caught:
-        probe(second, Limits(max_bytes=1000))
+        probe(second, Limits(max_mb=0.001))
     again = pickle.loads(pickle.dumps(caught.value))
     assert (str(again), again.rule, again.limit) == (str(caught.value), "too_many_bytes", 0.001)
 

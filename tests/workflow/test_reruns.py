@@ -171,6 +171,13 @@ def test_a_new_file_in_data_dir_reruns_what_reads_the_folder(job_params, tmp_pat
     assert changed == {"catalogue", "fetch", "ingest", "pose"}
 
 
+def test_a_catalogue_of_videos_depends_on_what_a_video_may_ask_of_us(job_params, tmp_path):
+    base = {"catalogue": {"format": "videos"}, "data_dir": str(tmp_path)}
+    before = job_params(base)
+    after = job_params(merged(base, {"fetch": {"max_source_s": 60}}))
+    assert {job[0] for job in before if before[job] != after[job]} == {"catalogue", "fetch"}
+
+
 def test_more_shards_mean_more_jobs_of_the_sharded_rules(job_params):
     sharded = {job[0] for job in job_params({"shards": 5}) if job[1] == ("04",)}
     assert sharded == {"select", "fetch", "ingest", "pose", "annotate"}

@@ -40,6 +40,7 @@ rule catalogue:
         catalogue=chosen(config["catalogue"]),
         cut_s=lookup("catalogue/cut_s", within=config),
         tracker=tracker_of_takes(config),
+        limits=limits_of_videos(config),
         listing=listing(config["data_dir"]),
         code=code_digest("mimeline.clips.catalogue"),
     message:

@@ -14,4 +14,5 @@ with stage(snakemake) as job:
         **job.params.catalogue,
         cut_s=job.params.cut_s,
         tracker=job.params.tracker,
+        limits=job.params.limits,
     )

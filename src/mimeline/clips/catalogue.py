@@ -12,8 +12,10 @@ import pandas as pd
 
 from mimeline import tables
 from mimeline.clips import celebvtext, videos
-from mimeline.errors import BadFile, MimelineError
+from mimeline.clips.folder import sources
+from mimeline.errors import BadFile
 from mimeline.ledger import Ledger
+from mimeline.media.limits import Limits
 from mimeline.tracking.readers import read_take
 
 log = logging.getLogger(__name__)
@@ -29,13 +31,15 @@ def catalogue(
     options: dict,
     cut_s: float | None,
     tracker: dict | None,
+    limits: dict | None,
 ) -> None:
     """Read a catalogue and write one `clips` table per shard, and the ledger.
 
     data: the user's folder. clips: the tables to write; a source video's clips share a shard.
     format, options: the catalogue's format and its keys. cut_s: longer takes are cut into
-    consecutive clips of that many seconds. tracker: format and options of the takes' reader, for
-    catalogues that know no durations.
+    consecutive clips of that many seconds. What tells how long a source is, where the catalogue
+    does not: tracker, the format and options of the takes' reader (files); limits, what a video
+    may ask of us (videos).
     Raises BadFile if there is no catalogue at all.
     """
     if not Path(data).is_dir():
@@ -48,7 +52,7 @@ def catalogue(
     if format == "celebvtext":
         rows, bad = celebvtext.read(Path(data), **options)
     elif format == "videos":
-        rows, bad = videos.read(Path(data), **options)
+        rows, bad = videos.read(Path(data), **options, limits=Limits(**limits))
     else:
         rows, bad = _files(Path(data), tracker, **options)
     rows = [piece for row in rows for piece in _cut(row, cut_s)]
@@ -107,24 +111,12 @@ def _files(
             expected="at least one take",
             remedy="Check data_dir, the tracker's folder and catalogue.files.pattern.",
         )
-    rows, bad = [], {}
-    for path in paths:
-        try:
-            take = read_take(path, **tracker)
-        except MimelineError as error:
-            bad[path.stem] = str(error)
-            continue
-        rows.append(
-            {
-                "clip_id": path.stem,
-                "source_id": path.stem,
-                "subject_id": subject,
-                "start_s": 0.0,
-                "end_s": float(len(take.motion) / take.fps),
-                "actions": [],
-            }
-        )
-    return rows, bad
+
+    def facts(path: Path) -> dict:
+        take = read_take(path, **tracker)
+        return {"end_s": float(len(take.motion) / take.fps)}
+
+    return sources(paths, subject, facts)
 
 
 def _cut(row: dict, cut_s: float | None) -> list[dict]:

@@ -57,7 +57,7 @@ def fetch(
     timeout_s: longest work on one video or clip, seconds.
     """
     table = tables.read(tables.CLIPS, clips)
-    limits = Limits(max_pixels, max_source_s, int(max_mb * 1e6), timeout_s)
+    limits = Limits(max_pixels, max_source_s, max_mb, timeout_s)
     media = Path(media)
     media.mkdir(parents=True, exist_ok=True)
     decisions = Ledger("fetch", table["clip_id"])

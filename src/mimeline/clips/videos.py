@@ -3,7 +3,8 @@
 import logging
 from pathlib import Path
 
-from mimeline.errors import BadFile, MimelineError
+from mimeline.clips.folder import sources
+from mimeline.errors import BadFile
 from mimeline.media.limits import Limits
 from mimeline.media.probe import probe
 
@@ -20,7 +21,7 @@ def read(
     pattern: str,
     exclude: list[str],
     subject: str | None,
-    limits: Limits | None = None,
+    limits: Limits,
 ) -> tuple[list[dict], dict[str, str]]:
     """Each video of <data>/<folder> as a clip as long as itself, and those that cannot be read.
 
@@ -42,28 +43,12 @@ def read(
             expected=f"files that end in {', '.join(ENDINGS)}",
             remedy="Check data_dir, catalogue.videos.folder and catalogue.videos.pattern.",
         )
-    rows, bad = [], {}
-    for number, path in enumerate(paths):
-        if number and number % TOLD_EVERY == 0:
-            log.info("%d of %d videos looked into", number, len(paths))
-        try:
-            video = probe(path, limits or Limits())
-        except MimelineError as error:
-            bad[path.stem] = str(error)
-            continue
-        rows.append(
-            {
-                "clip_id": path.stem,
-                "source_id": path.stem,
-                "subject_id": subject,
-                "start_s": 0.0,
-                "end_s": video.duration_s,
-                "width": video.width,
-                "height": video.height,
-                "actions": [],
-            }
-        )
-    return rows, bad
+
+    def facts(path: Path) -> dict:
+        video = probe(path, limits)
+        return {"end_s": video.duration_s, "width": video.width, "height": video.height}
+
+    return sources(paths, subject, facts)
 
 
 def videos_in(folder: Path) -> dict[str, Path]:

@@ -9,12 +9,16 @@ from mimeline.errors import BadFile
 @dataclass(frozen=True)
 class Limits:
     """max_pixels: width × height of a picture. max_source_s: length of a video, seconds.
-    max_bytes: size of a file, and of any file made from it. timeout_s: work on one file or cut."""
+    max_mb: size of a file, and of any file made from it. timeout_s: work on one file or cut."""
 
     max_pixels: int = 33_177_600
     max_source_s: float = 14_400.0
-    max_bytes: int = 8_000_000_000
+    max_mb: float = 8_000.0
     timeout_s: float = 300.0
+
+    @property
+    def max_bytes(self) -> int:
+        return int(self.max_mb * 1e6)
 
 
 class Refused(BadFile):
@@ -44,10 +48,10 @@ def check_bytes(path: Path, size: int, limits: Limits) -> None:
             path,
             rule="too_many_bytes",
             value=size / 1e6,
-            limit=limits.max_bytes / 1e6,
+            limit=limits.max_mb,
             unit="MB",
             found=f"{size / 1e6:.0f} MB",
-            expected=f"at most {limits.max_bytes / 1e6:g} MB",
+            expected=f"at most {limits.max_mb:g} MB",
             remedy="Shorten the video, or raise the limit.",
         )
 
