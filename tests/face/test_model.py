@@ -1,7 +1,9 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from mimeline.face.model import Joint
+from mimeline.face.model import SKIN_GLOSS, Joint
 
 from .conftest import chained_face, rotations
 
@@ -130,3 +132,12 @@ def test_landmarks_are_vertices_of_every_frame():
     np.testing.assert_array_equal(face.landmarks_at(vertices)[:, 13], vertices[:, 1])
     with pytest.raises(ValueError, match="names no landmarks"):
         chained_face().landmarks_at(vertices)
+
+
+def test_vertices_without_a_gloss_are_as_dry_skin(ball_face):
+    count = len(ball_face.neutral)
+    assert (ball_face.gloss == np.float32(SKIN_GLOSS)).all()
+    partly = replace(ball_face, gloss=np.ones(count - 3)).gloss
+    assert (partly[:-3] == 1).all() and (partly[-3:] == np.float32(SKIN_GLOSS)).all()
+    with pytest.raises(ValueError, match="gloss has shape"):
+        replace(ball_face, gloss=np.ones(count + 1))

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 SKIN = (226, 174, 146)  # sRGB, where a model brings no colours
+SKIN_GLOSS = 0.07  # of dry skin, where a model brings no gloss
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +36,8 @@ class Face:
     correctives (I, S, V, 3): what a unit of an identity adds to a shape ·
     landmarks (68,) vertex numbers in iBUG order (0 the subject's right jaw, 60-67 inner lips) ·
     pose_shapes (9 (J - 1), V, 3): offsets per element of R - 1 of every joint but the first
-    (Li et al. 2017, FLAME, equation 3) · regressor (J, V): joint centres from vertices.
+    (Li et al. 2017, FLAME, equation 3) · regressor (J, V): joint centres from vertices ·
+    gloss (V,) from 0 dull to 1 wet; of fewer numbers, the vertices beyond are as dry skin.
 
     Raises ValueError where shapes, names or numbers do not fit each other.
     """
@@ -53,6 +55,7 @@ class Face:
     landmarks: np.ndarray | None = None
     pose_shapes: np.ndarray | None = None
     regressor: np.ndarray | None = None
+    gloss: np.ndarray | None = None
     _centre_shapes: np.ndarray | None = field(init=False, repr=False, default=None)
 
     def __post_init__(self):
@@ -83,6 +86,10 @@ class Face:
         if self.colours is None:
             object.__setattr__(self, "colours", np.tile(np.uint8(SKIN), (V, 1)))
         put("colours", np.uint8, V, 3)
+        given = np.zeros(0) if self.gloss is None else np.asarray(self.gloss)
+        dry = np.full(max(0, V - len(given)), SKIN_GLOSS)
+        object.__setattr__(self, "gloss", np.concatenate([given, dry]))
+        put("gloss", np.float32, V)
         if self.identities is None and not n_identities:
             object.__setattr__(self, "identities", np.zeros((0, V, 3), np.float32))
         put("identities", np.float32, n_identities, V, 3)

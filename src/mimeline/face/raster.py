@@ -12,7 +12,8 @@ TINY = np.float32(1e-12)
 SLACK = np.float32(1e-5)  # of a triangle, against cracks between neighbours
 BLOCK = 8  # samples
 ACROSS = np.float32([0.25, 0.75])  # of a sample: where it lies in even and in odd rows
-GLOSS_SQUARINGS = 5  # specular exponent 2^5
+SHEEN_SQUARINGS = 5  # specular exponent 2^5
+MIRRORED = np.float32(120)  # 1 / (1 - cosine) of the angle out to which a lamp is mirrored
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -168,8 +169,8 @@ def shade(corners, triangles, owner, lights, ground, encoded, picture):
     """Fill the picture with the mean light of each pixel's samples, encoded to sRGB.
 
     A triangle is lit once in a pixel, at the middle of its samples there.
-    corners (V, 8): column and row in samples, normal, linear albedo · owner as in `cover` ·
-    lights (10, 3): see render.LIGHTS · ground (3,) linear background · encoded (n,) uint8 sRGB of
+    corners (V, 9): column and row in samples, normal, linear albedo, gloss · owner as in `cover` ·
+    lights (11, 3): see render.LIGHTS · ground (3,) linear background · encoded (n,) uint8 sRGB of
     linear light · picture (size, size, 3) uint8.
     """
     size = len(picture)
@@ -254,10 +255,13 @@ def _light(x, y, t, corners, triangles, lights):
     ground = ONE - sky
     away = ONE - max(nz, ZERO)
     rim = lights[8, 0] * away * away * away * sky
-    gloss = max(nx * lights[7, 0] + ny * lights[7, 1] + nz * lights[7, 2], ZERO)
-    for _ in range(GLOSS_SQUARINGS):
-        gloss *= gloss
-    gloss *= lights[8, 1]
+    sheen = max(nx * lights[7, 0] + ny * lights[7, 1] + nz * lights[7, 2], ZERO)
+    for _ in range(SHEEN_SQUARINGS):
+        sheen *= sheen
+    lamp = nx * lights[10, 0] + ny * lights[10, 1] + nz * lights[10, 2]
+    mirror = max(ONE - MIRRORED * (ONE - lamp), ZERO)
+    gloss = w0 * corners[i, 8] + w1 * corners[j, 8] + w2 * corners[k, 8]
+    gloss *= (ONE - gloss) * sheen + gloss * lights[8, 1] * mirror * mirror
     red = max((key + lights[6, 0]) * lights[9, 0], ZERO) * lights[1, 0]
     green = max((key + lights[6, 1]) * lights[9, 1], ZERO) * lights[1, 1]
     blue = max((key + lights[6, 2]) * lights[9, 2], ZERO) * lights[1, 2]

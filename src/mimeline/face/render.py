@@ -24,7 +24,8 @@ KEY, KEY_COLOUR = (-0.50, 0.62, 0.75), (0.80, 0.77, 0.72)
 FILL, FILL_COLOUR = (0.75, 0.10, 0.55), (0.20, 0.22, 0.26)
 SKY_COLOUR, GROUND_COLOUR = (0.30, 0.31, 0.33), (0.13, 0.11, 0.10)
 RIM = 0.10
-GLOSS = 0.07
+CATCHLIGHT = 3.0  # how bright the key light mirrors in a wholly glossy surface
+CORNEA = 2.4  # how far it mirrors towards the camera: an eye bulges where it is looked into
 WRAP = (0.28, 0.14, 0.10)  # how far light reaches round an edge: red goes deepest into skin
 INSIDE = 0.08  # of the light where a surface is seen from its inner side
 
@@ -87,7 +88,8 @@ def draw(
     seen = camera._seen(vertices) * np.float32([2, 2, 1])  # (V, 3), in samples
     raster.cover(seen, face.triangles, nearest, owner)
     normals = raster.vertex_normals(vertices, face.triangles)  # (V, 3)
-    corners = np.concatenate([seen[:, :2], normals, LINEAR[face.colours]], axis=1)  # (V, 8)
+    looks = [LINEAR[face.colours], face.gloss[:, None]]
+    corners = np.concatenate([seen[:, :2], normals, *looks], axis=1)  # (V, 9)
     picture = np.empty((camera.size, camera.size, 3), np.uint8)
     ground = LINEAR[np.uint8(background)]
     raster.shade(corners, face.triangles, owner, LIGHTS, ground, ENCODED, picture)
@@ -145,7 +147,8 @@ LIGHTS = np.float32(
         GROUND_COLOUR,
         WRAP,
         _unit(np.add(_unit(KEY), (0, 0, 1))),
-        (RIM, GLOSS, INSIDE),
+        (RIM, CATCHLIGHT, INSIDE),
         np.divide(1, np.add(1, WRAP)),
+        _unit(np.add(_unit(KEY), (0, 0, CORNEA))),
     ]
 )

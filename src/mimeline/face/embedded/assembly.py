@@ -14,11 +14,18 @@ from mimeline.face.embedded.mesh import Mesh
 from mimeline.face.embedded.mesh import build as build_mesh
 from mimeline.face.embedded.parts import BROW_ROWS
 from mimeline.face.embedded.skin import BORDER, MEET
-from mimeline.face.model import Face, Joint
+from mimeline.face.model import SKIN_GLOSS, Face, Joint
 from mimeline.vocabulary import EXPRESSIONS
 
 SKIN_TONE, HAIR, IRIS = (228, 180, 152), (74, 50, 36), (92, 122, 128)
 METRES = 0.01  # in a centimetre
+GLOSS = {  # of materials that are not as skin; the dark holds no reflections
+    **dict.fromkeys(("pupil", "iris_inner", "iris", "iris_border", "sclera"), 1.0),
+    **dict.fromkeys(("tooth", "tooth_seam", "tongue"), 0.25),
+    "lip": 0.12,
+    **dict.fromkeys(("cavity", "gum", "inner_lip", "nostril"), 0.0),
+}
+MOUTH_DEPTHS = (4.6, 8.5)  # how far forward light reaches nothing, and all, of the mouth's inside
 
 Colour = tuple[int, int, int]
 
@@ -66,6 +73,7 @@ def _geometry() -> tuple[Mesh, dict]:
         "landmarks": _landmarks(mesh),
         "joints": joints,
         "skin": _weights(mesh),
+        "gloss": [GLOSS.get(material, SKIN_GLOSS) for material in mesh.materials],
     }
 
 
@@ -83,22 +91,23 @@ def _weights(mesh: Mesh) -> np.ndarray:
 def _colours(mesh: Mesh, skin: Colour, hair: Colour, iris: Colour) -> np.ndarray:
     """sRGB (V, 3) of every vertex."""
     skin, hair, iris = (np.array(colour, float) for colour in (skin, hair, iris))
-    lip = skin * [0.87, 0.68, 0.69]
+    lip, brow = skin * [0.87, 0.68, 0.69], 0.85 * hair + 0.15 * skin * 0.6
     palette = {
         "skin": skin,
         "hair": hair,
-        "brow": 0.85 * hair + 0.15 * skin * 0.6,
+        "brow": brow,
+        "brow_edge": 0.15 * brow + 0.85 * skin,
         "lash": 0.35 * hair + 8,
         "lip": lip,
-        "inner_lip": lip * 0.8,
+        "inner_lip": lip * [0.6, 0.42, 0.42],
+        "lid_corner": skin * [0.88, 0.80, 0.78],
         "inner_lid": skin * [0.95, 0.76, 0.74],
         "nostril": skin * [0.52, 0.40, 0.38],
-        "cavity": np.array([70, 26, 26]),
+        "cavity": np.array([58, 20, 20]),
         "tooth": np.array([244, 238, 226]),
         "tooth_seam": np.array([206, 192, 176]),
-        "back_tooth": np.array([160, 146, 134]),  # light does not reach them
         "gum": np.array([188, 104, 104]),
-        "tongue": np.array([198, 100, 102]),
+        "tongue": np.array([190, 96, 96]),
         "sclera": np.array([240, 237, 232]),
         "iris": iris,
         "iris_inner": np.minimum(iris * 1.25 + 10, 255),
@@ -106,6 +115,9 @@ def _colours(mesh: Mesh, skin: Colour, hair: Colour, iris: Colour) -> np.ndarray
         "pupil": np.array([14, 12, 14]),
     }
     colours = np.array([palette[material] for material in mesh.materials])
+    inside = np.isin(mesh.materials, ["cavity", "tooth", "tooth_seam", "gum", "tongue"])
+    reached = 0.2 + 0.8 * smoothstep(mesh.points[inside, 2], *MOUTH_DEPTHS)
+    colours[inside] *= reached[:, None]
     return np.clip(np.rint(colours), 0, 255).astype(np.uint8)
 
 

@@ -15,7 +15,7 @@ from mimeline.face.embedded.skin import LID_RINGS, MEET
 from mimeline.vocabulary import CHANNELS, EXPRESSIONS
 
 JAW_TURN = 0.29  # radians at jawOpen 1
-LASH_DROOP = 2.0  # how much further than its lid a lash turns
+LASH_DROOP, LASH_HASTE = 1.15, 2.5  # radians at most that a lash turns; how soon in its lid's way
 LID_FOLLOW = 1 - smoothstep(np.array(LID_RINGS), 0.10, 1.0)  # how far a ring goes with the rim
 
 
@@ -60,6 +60,9 @@ class _Fields:
         self.on_left = smoothstep(self.x, -0.7, 0.7)
         over_eye = self.y - self.eye[1]
         self.above_lids = smoothstep(over_eye, 0.75 * self.eye_scale, 1.6 * self.eye_scale)
+        # how far from the fold between nose and cheek
+        fold = self.near_mouth(1.8, -4.4, 9), self.near_mouth(3.8, -7.0, 8)
+        self.beside_nose = _off_line(points, *fold)
 
     def near_eye(self, *at_rest: float) -> np.ndarray:
         """Where a point (3,) of the resting face is, which moves with the left eye."""
@@ -98,7 +101,7 @@ class _Fields:
         radius = self.eye_scale * (anatomy.EYE_RADIUS + anatomy.LID_THICKNESS)
         reach = np.hypot(ring[..., 1], ring[..., 2])
         on_ball = np.sqrt(np.maximum(radius**2 - ring[..., 0] ** 2, (0.3 * radius) ** 2))
-        on_ball -= np.where(is_upper, 0, 0.25 * np.abs(turn)) * self.eye_scale  # slides below
+        on_ball += np.where(is_upper, 0.2, -0.25) * np.abs(turn) * self.eye_scale  # over the lower
         on_ball[0] = reach[0]
         settling = follow * np.minimum(1, np.abs(turn) / 0.5)
         settled = reach + (on_ball - reach) * settling  # a lid that comes down lies on the ball
@@ -108,7 +111,7 @@ class _Fields:
         out[lids, 2] = settled * np.cos(angle) - ring[..., 2]
         lash = self.mesh.left("lash").reshape(2, -1)  # roots and tips
         hair = self.points[lash[1]] - self.points[lash[0]]
-        droop = LASH_DROOP * turn[1 : columns // 2]
+        droop = LASH_DROOP * np.tanh(LASH_HASTE * turn[1 : columns // 2])
         cosine, sine = np.cos(droop), np.sin(droop)
         out[lash] = out[lids[1, 1 : columns // 2]]
         out[lash[1], 1] += hair[:, 1] * (cosine - 1) + hair[:, 2] * sine
@@ -118,6 +121,14 @@ class _Fields:
 
 def _beside(point: np.ndarray, outwards: float, up: float) -> np.ndarray:
     return point + np.array([outwards, up, 0])
+
+
+def _off_line(points: np.ndarray, start: np.ndarray, end: np.ndarray) -> np.ndarray:
+    """Distance (V,) of points from a straight line from start to end (3,), seen from the front."""
+    along = (end - start)[:2]
+    away = (points - start)[:, :2]
+    share = np.clip(away @ along / (along @ along), 0, 1)
+    return np.linalg.norm(away - share[:, None] * along, axis=1)
 
 
 def _moved(weight: np.ndarray, *direction: float) -> np.ndarray:
@@ -135,7 +146,7 @@ def _lids(f: _Fields) -> dict[str, np.ndarray]:
         "eyeBlinkLeft": f.lids_turned(-0.94, 0.13),
         "eyeSquintLeft": f.lids_turned(-0.12, 0.36) + _moved(under, 0, 0.22, 0.10),
         "eyeWideLeft": f.lids_turned(0.30, -0.10),
-        "eyeLookDownLeft": f.lids_turned(-0.40, -0.12),
+        "eyeLookDownLeft": f.lids_turned(-0.60, -0.20),
         "eyeLookUpLeft": f.lids_turned(0.12, 0.14),
         "eyeLookInLeft": _moved(follow, -0.07, 0, 0.0),
         "eyeLookOutLeft": _moved(follow, 0.07, 0, 0.0),
@@ -146,7 +157,7 @@ def _brows(f: _Fields) -> dict[str, np.ndarray]:
     inner = f.above_lids * f.flesh(f.inner_brow, (1.5, 1.2, 3))
     middle = f.above_lids * f.flesh(f.mid_brow, (1.7, 1.1, 3))
     lifted = f.above_lids * f.both(_beside(f.inner_brow, -0.2, 0.3), (1.5, 1.7, 3))
-    outer = f.above_lids * f.flesh(_beside(f.outer_brow, -0.7, 0.3), (1.7, 1.7, 3))
+    outer = f.above_lids * f.flesh(_beside(f.outer_brow, 0.2, 0.2), (2.1, 1.6, 2.2))
     return {
         "browDownLeft": _moved(inner, -0.28, -0.55, 0.12) + _moved(middle, -0.12, -0.35, 0.05),
         "browInnerUp": _moved(lifted, 0, 0.9, -0.05),
@@ -159,7 +170,7 @@ def _cheeks_and_nose(f: _Fields) -> dict[str, np.ndarray]:
     side = np.sign(f.x)
     puff = np.stack([0.95 * side * puffed, 0 * puffed, 0.75 * puffed], axis=-1)
     raised = smoothstep(f.eye[1] - f.y, 0.6, 1.4) * f.flesh(
-        f.near_eye(4.0, -2.3, 7.8), (1.7, 1.1, 2.5)
+        f.near_eye(3.9, -2.6, 7.8), (1.7, 1.2, 2.5)
     )
     wing = f.flesh(f.near_mouth(1.2, -4.0, 9.4), (0.9, 0.9, 1.6))
     above_lip = f.flesh(f.near_mouth(1.1, -5.7, 9.3), (1.2, 1.2, 2))
@@ -168,7 +179,7 @@ def _cheeks_and_nose(f: _Fields) -> dict[str, np.ndarray]:
     frown = f.above_lids * f.flesh(f.inner_brow, (1.2, 0.9, 3))
     return {
         "cheekPuff": puff,
-        "cheekSquintLeft": _moved(raised, 0, 0.5, 0.28) + f.lids_turned(0, 0.14),
+        "cheekSquintLeft": _moved(raised, 0, 0.5, 0.50) + f.lids_turned(0, 0.22),
         "noseSneerLeft": _moved(f.on_left * wing, 0.08, 0.52, 0.04)
         + _moved(above_lip, 0, 0.40, 0.08)
         + _moved(f.on_left * root, 0, 0.16, 0.18)
@@ -190,6 +201,7 @@ def _jaw(f: _Fields) -> dict[str, np.ndarray]:
     )
     corner = f.both(f.corner, (1.3, 1.6, 3))
     drawn_in = np.stack([-0.30 * np.sign(f.x) * corner, 0 * f.x, 0 * f.x], axis=-1)
+    bared = _moved((1 - f.mesh.below) * f.lip(0.6) * f.arch, 0, 0.20, 0)  # the upper teeth
     meeting = np.array([0, 0.42, 0.25])  # where the lips meet, as a share of the jaw's way
     closing = (meeting - jaw[:, None]) * f.lip(1.0)[:, None] * swing
     tip = np.where(f.mesh.part == "tongue", np.clip((f.z - 3.6) / 4.6, 0, 1), 0)  # 0 at the root
@@ -199,10 +211,10 @@ def _jaw(f: _Fields) -> dict[str, np.ndarray]:
     parted = f.lip(0.8) * f.arch * np.exp(-((f.x / 1.7) ** 2))
     parted *= np.where(side > 0, -0.80, -0.25) * side
     return {
-        "jawOpen": jaw[:, None] * swing + drawn_in,
+        "jawOpen": jaw[:, None] * swing + drawn_in + bared,
         "jawForward": _moved(jaw, 0, 0.06, 0.65),
         "jawLeft": _moved(jaw, 1.05, 0, -0.1),
-        "mouthClose": closing - drawn_in * f.lip(1.0)[:, None],
+        "mouthClose": closing - drawn_in * f.lip(1.0)[:, None] - bared,
         "tongueOut": tongue + _moved(parted, 0, 1, 0),
     }
 
@@ -212,8 +224,12 @@ def _lips(f: _Fields) -> dict[str, np.ndarray]:
     left = f.on_left
     outwards = np.clip(f.x / f.corner[0], 0, None) ** 1.3  # 0 on the midline, 1 at the corner
     round_corner = f.flesh(f.corner, (2.0, 1.8, 2.5)) * outwards
+    raised = f.flesh(f.corner, (2.0, 1.8, 2.5)) * smoothstep(f.x / f.corner[0], 0.15, 1.15)
     at_corner = f.flesh(f.corner, (1.3, 1.3, 2.0)) * outwards
-    cheek = f.flesh(f.near_mouth(4.0, -4.2, 7.4), (1.6, 1.5, 2.5))
+    under_eye = smoothstep(f.eye[1] - f.y, 1.0, 2.6)
+    apple = under_eye * f.flesh(f.near_mouth(3.85, -3.3, 7.8), (1.5, 1.4, 2.5))
+    crease = f.flesh(f.near_mouth(2.7, -5.4, 8.4), (1.6, 1.7, 1.5))
+    crease *= left * np.exp(-((f.beside_nose / 0.5) ** 2))
     fold = f.flesh(f.near_mouth(2.2, -4.9, 8.7), (1.0, 1.0, 2.0)) * above
     near, around, wide = f.lip(0.45), f.lip(1.3), f.lip(2.0)
     middle = np.exp(-((f.x / 1.7) ** 2))
@@ -232,9 +248,11 @@ def _lips(f: _Fields) -> dict[str, np.ndarray]:
     pressed = left * f.lip(0.5)
     return {
         "mouthSmileLeft": _moved(round_corner, 0.55, 0, -0.60)
-        + _moved(round_corner * np.minimum(outwards, 1) ** 0.5, 0, 0.72, 0)
-        + _moved(left * f.lip(0.8) * (0.05 + 0.13 * above), 0, 1, -0.6)
-        + _moved(cheek, 0.18, 0.42, 0.36),
+        + _moved(raised, 0, 0.72, 0)
+        + _moved(left * f.lip(0.8) * (0.06 + 0.06 * above), 0, 1, -0.6)
+        + _moved(apple, 0.12, 0.45, 0.46)
+        + _moved(crease, 0, 0.10, -0.22)
+        + f.lids_turned(0, 0.03),
         "mouthFrownLeft": _moved(round_corner, 0.10, -0.80, -0.15),
         "mouthDimpleLeft": _moved(at_corner, 0.50, 0.12, -0.65),
         "mouthStretchLeft": _moved(round_corner, 0.85, -0.40, -0.55),

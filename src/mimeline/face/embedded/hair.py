@@ -29,7 +29,8 @@ def raised(points: np.ndarray, depth: np.ndarray) -> np.ndarray:
     """Points (n, 3) of the skin, lifted by the hair where depth (n,) says that there is some."""
     crown = 0.5 + 0.6 * np.clip((points[:, 1] + 3) / 11, 0, 1)
     quiff = 0.5 * bell(points, (0, 8, 6.2), (3.8, 2.6, 3))
-    full = (0.95 * crown + quiff) * (1 - np.exp(-np.maximum(depth, 0) / 0.9))
+    cropped = 1 - 0.75 * bell(points, (7.2, 1.0, -0.3), (3, 3.0, 3.2))  # over the ear
+    full = (0.95 * crown * cropped + quiff) * (1 - np.exp(-np.maximum(depth, 0) / 0.9))
     thickness = np.where(depth > 0, 0.16 + full, 0)
     return points + thickness[:, None] * directions(points, CENTRE)
 

@@ -124,6 +124,8 @@ def _skin_materials(skin: SkinMesh) -> np.ndarray:
     materials[skin.lips[MEET : BORDER + 1]] = "lip"
     upper = skin.lids.shape[1] // 2
     materials[skin.lids[0]] = "inner_lid"
+    materials[skin.lids[1:4, upper - 1 : upper + 2]] = "lid_corner"
+    materials[skin.lids[0, 6:upper]] = "lash"
     materials[skin.lids[1, 4 : upper + 1]] = "lash"
     return materials
 

@@ -77,7 +77,7 @@ def teeth(upper: bool) -> Part:
     angle = across / 3.1  # along an arch of that radius
     x = 2.75 * np.sin(angle)
     front = (8.7 if upper else 8.42) - 3.3 * (1 - np.cos(angle)) - 0.05 * seam
-    edge, root = (-7.12, -6.15) if upper else (-7.06, -7.95)
+    edge, root = (-7.12, -6.15) if upper else (-7.24, -8.0)
     curve = (0.06 if upper else -0.04) * seam + (0.05 if upper else -0.03) * (across / 3) ** 2
     rows = []  # from the gum to the edge and behind it
     for share, out in ((1.6, -0.2), (1.0, 0.03), (0.12, 0.03), (0.0, -0.08), (0.0, -0.53)):
@@ -89,7 +89,7 @@ def teeth(upper: bool) -> Part:
     triangles = strips(numbers, closed=False)
     if upper:  # rows run downwards, so turned the other way round
         triangles = triangles[:, ::-1]
-    enamel = np.where(seam, "tooth_seam", np.where(across < edges[4], "tooth", "back_tooth"))
+    enamel = np.where(seam, "tooth_seam", "tooth")
     gum = np.full(len(seam), "gum")
     materials = np.concatenate([gum, *[enamel] * (len(rows) - 1)])
     return Part(grid.reshape(-1, 3), triangles, materials)
@@ -100,9 +100,9 @@ def tongue() -> Part:
     along = np.linspace(0, 1, 8)
     width = 1.75 * np.clip(1 - np.clip((along - 0.55) / 0.45, 0, 1) ** 2.4, 0, 1) ** 0.5
     width[-1] = 0.02
-    thick = 0.62 * np.sqrt(np.maximum(width, 0.02) / 1.75)
+    thick = 0.55 * np.sqrt(np.maximum(width, 0.02) / 1.75)
     z = 3.6 + 4.55 * along
-    middle = -7.95 + 0.25 * np.sin(np.pi * along)
+    middle = -7.95 + 0.35 * np.sin(np.pi * along)
     turn = np.linspace(np.pi / 2, -np.pi / 2, 7)
     x = width[:, None] * np.cos(turn)
     groove = 0.10 * np.exp(-((x / 0.35) ** 2)) * (np.sin(turn) > 0)
@@ -115,29 +115,30 @@ def tongue() -> Part:
 
 
 def brow(skin: Skin) -> Part:
-    """A strip of hair that lies on the brow ridge, thick within and tapering outwards."""
+    """Hair that lies flat on the brow ridge, thick within, tapering outwards, thin at its edges."""
     share = np.linspace(0, 1, BROW_COLUMNS)
     x = 1.25 + 4.05 * share
     middle = 1.85 + 0.62 * np.sin(np.pi * share * 0.8) ** 1.3 - 0.35 * share**3
     half = 0.30 * (1 - share**2.2) ** 0.8 * (0.6 + 0.4 * np.minimum(share / 0.15, 1)) + 0.03
     rows = []
-    for off, lift in ((-1.0, -0.03), (-0.5, 0.10), (0.5, 0.12), (1.0, -0.03)):
+    for off, lift in ((-1.3, 0.03), (-0.5, 0.05), (0.5, 0.05), (1.3, 0.03)):
         row = skin.frontal(x + 0.25 * (off + 1) * half * (1 - share), middle + off * half)
         row[:, 2] += lift * np.minimum(1, half / 0.15)
         rows.append(row)
     grid = np.array(rows)
-    grid[:, [0, -1], 2] -= 0.06
     numbers = np.arange(grid[..., 0].size).reshape(grid.shape[:2])
-    return Part(grid.reshape(-1, 3), strips(numbers, closed=False), np.full(numbers.size, "brow"))
+    materials = np.full(numbers.shape, "brow_edge")
+    materials[1:-1, 1:-2] = "brow"
+    return Part(grid.reshape(-1, 3), strips(numbers, closed=False), materials.ravel())
 
 
 def lash(rim: np.ndarray) -> Part:
     """Lashes of the upper lid: a strip from its rim (n, 3), inner to outer corner, forwards."""
     share = np.linspace(0, 1, len(rim))
-    length = 0.31 * np.sin(np.pi * (0.02 + 0.80 * share))
+    length = 0.26 * np.sin(np.pi * (0.02 + 0.80 * share))
     way = np.stack([0.55 * (share - 0.35), 0.55 + 0 * share, 0.75 + 0 * share], axis=-1)
     tips = rim + length[:, None] * way
-    roots = rim - [0, 0.02, 0.03]
+    roots = rim + np.array([0, 0, 0.01])
     numbers = np.arange(2 * len(rim)).reshape(2, -1)
     return Part(
         np.concatenate([roots, tips]), strips(numbers, closed=False), np.full(numbers.size, "lash")
@@ -167,13 +168,13 @@ def ear() -> Part:
     flat = np.concatenate([flat, [[0, -0.35, -0.38]]])
     front = np.clip(-flat[:, 0] / 1.4, 0, 1)  # the front edge melts into the cheek
     flat[:, 2] -= 0.45 * front
-    out = np.array([0.87, 0.02, 0.40])
+    out = np.array([0.80, 0.02, 0.55])
     out /= np.linalg.norm(out)
     up = np.array([0.06, 0.97, -0.18])
     up -= (up @ out) * out
     up /= np.linalg.norm(up)
     back = np.cross(out, up)
-    points = np.array([7.45, -1.45, -0.55]) + flat @ np.array([back, up, out])
+    points = np.array([7.6, -1.45, -0.55]) + flat @ np.array([back, up, out])
     numbers = np.arange(len(flat) - 1).reshape(rings.shape[:2])
     centre, first = len(flat) - 1, numbers[0]
     triangles = np.concatenate(

@@ -136,7 +136,7 @@ def _mouth_rows(skin: Skin) -> np.ndarray:
     side = np.sign(np.linspace(1, -1, len(across)))  # 1 above, -1 below, 0 at the corner
     taper = np.clip(1 - across**2, 0, 1)
     bow = 0.10 * np.exp(-(((across - 0.24) / 0.16) ** 2)) - 0.07 * np.exp(-((across / 0.10) ** 2))
-    upper, lower = anatomy.UPPER_LIP * taper**0.75 + bow, anatomy.LOWER_LIP * taper**0.6
+    upper, lower = anatomy.UPPER_LIP * taper**0.55 + bow, anatomy.LOWER_LIP * taper**0.45
     red = side * np.where(side > 0, upper, lower)  # height of the red
     dip = 0.03 - 0.09 * np.exp(-((across / 0.28) ** 2)) + 0.12 * across**4
     middle, corner = anatomy.MOUTH
@@ -158,7 +158,8 @@ def _mouth_rows(skin: Skin) -> np.ndarray:
         )
         for out, lift in ((0.07, 0.12), (0.35, 0.04), (0.75, 0.0))
     ]
-    behind = lips[0] * [0.97, 1, 1] + np.stack([0 * side, 0.05 * side, -0.55 + 0 * side], axis=-1)
+    rise = np.where(side < 0, 0.30, 0.12) * taper**0.5  # the lower lip rolls up behind the upper
+    behind = lips[0] * [0.97, 1, 1] + np.stack([0 * side, rise, -0.45 + 0 * side], axis=-1)
     wide = side * taper**0.5
     cheek = np.stack([2.9 * across, middle + wide, 7.4 - 1.3 * across**2], axis=-1)
     throat = np.stack([1.9 * across, middle - 0.1 + 0.9 * wide, 4.2 + 0 * across], axis=-1)

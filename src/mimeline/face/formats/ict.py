@@ -15,7 +15,7 @@ from mimeline.errors import BadFile
 from mimeline.face.formats import eyes
 from mimeline.face.formats.obj import read_offsets, read_triangles, read_vertices, stacked
 from mimeline.face.formats.shapes import named
-from mimeline.face.model import Face, Joint
+from mimeline.face.model import SKIN_GLOSS, Face, Joint
 
 NEUTRAL = "generic_neutral_mesh.obj"
 PACKED = ("neutral", "expr_names", "expr_delta", "ident_names", "ident_delta_face", "quads")
@@ -113,6 +113,7 @@ def _assembled(path, neutral, triangles, shapes, names, identities, people) -> F
         joints=joints,
         skin=skin,
         colours=_colours(neutral),
+        gloss=np.where(np.arange(N_VERTICES) >= BALLS["left_eye"].start, 1.0, SKIN_GLOSS),
         identities=identities * METRES,
         identity_names=people,
         landmarks=np.array(LANDMARKS),
