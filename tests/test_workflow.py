@@ -1,3 +1,4 @@
+import errno
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -49,6 +50,14 @@ def test_an_error_of_ours_keeps_its_traceback(job, capfd):
     assert "a slip" in capfd.readouterr().err
 
 
+def test_a_full_disk_is_no_error_of_ours(job, capfd):
+    with pytest.raises(SystemExit), stage(job):
+        raise OSError(errno.ENOSPC, "No space left on device")
+    shown = capfd.readouterr().err
+    assert "found no space left on its disk" in shown
+    assert "Traceback" not in shown
+
+
 def test_an_old_output_stays_until_the_new_one_is_whole(job, tmp_path):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / "t.txt").write_text("old")
@@ -74,3 +83,11 @@ def test_a_listing_follows_names_sizes_and_times(tmp_path: Path):
     (tmp_path / "x").write_text("22")
     assert len({empty, one, listing(str(tmp_path))}) == 3
     assert listing(None) == "made on the way"
+
+
+def test_a_listing_of_a_single_file_follows_its_size_and_time(tmp_path: Path):
+    file = tmp_path / "face.npz"
+    file.write_bytes(b"one")
+    one = listing(str(file))
+    file.write_bytes(b"longer")
+    assert listing(str(file)) != one

@@ -115,8 +115,8 @@ class Fetch(Section):
         33_177_600, description="largest picture, width x height (8K: 33177600)"
     )
     max_source_s: Positive = Field(14_400.0, description="longest source video, seconds")
-    max_mb: Positive = Field(8_000.0, description="largest source video, megabytes")
-    timeout_s: Positive = Field(300.0, description="longest work on one clip, seconds")
+    max_mb: Positive = Field(8_000.0, description="largest source video, and largest film made of one, megabytes")
+    timeout_s: Positive = Field(300.0, description="longest single run of a probe or of ffmpeg on a video, seconds")
 
 
 class LiveLink(Section):
@@ -263,7 +263,7 @@ class Report(Section):
     exemplars: Count = Field(4, description="exemplars drawn per cluster")
     face: str | None = Field(
         None,
-        description="a face to draw motion on: ICT-FaceKit, a folder of OBJ shapes, an npz, FLAME; "
+        description="a face to draw motion on: ICT-FaceKit, a folder of OBJ shapes, an npz; "
         "null: the embedded one",
     )
 

@@ -1,6 +1,7 @@
 """What rules and adapters share: configuration, a stage's surroundings, a digest of its code."""
 
 import ast
+import errno
 import hashlib
 import logging
 import re
@@ -19,6 +20,7 @@ from mimeline.errors import BadConfig, MimelineError, NoSuchFile
 from mimeline.vocabulary import SERIES_REGIONS, resource
 
 PACKAGE = "mimeline"
+DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 def settle_config(config: dict[str, Any]) -> dict[str, Any]:
@@ -85,15 +87,16 @@ def by_region(paths: Sequence[str]) -> dict[str, Path]:
     return {region: Path(path) for region, path in zip(SERIES_REGIONS, paths, strict=True)}
 
 
-def listing(folder: str | None) -> str:
-    """Fingerprint of the files in a folder by name, size and time: new files change it."""
-    if folder is None:
+def listing(path: str | None) -> str:
+    """Fingerprint of a file, or of all files in a folder, by name, size and time."""
+    if path is None:
         return "made on the way"
     digest = hashlib.sha256()
-    for path in sorted(Path(folder).rglob("*")):
-        if path.is_file():
-            status = path.stat()
-            entry = f"{path.relative_to(folder)}\0{status.st_size}\0{status.st_mtime_ns}\n"
+    root = Path(path)
+    for file in sorted(root.rglob("*")) if root.is_dir() else [root]:
+        if file.is_file():
+            status = file.stat()
+            entry = f"{file.relative_to(root)}\0{status.st_size}\0{status.st_mtime_ns}\n"
             digest.update(entry.encode(errors="surrogateescape"))
     return digest.hexdigest()[:16]
 
@@ -105,7 +108,7 @@ def stage(snakemake) -> Iterator[SimpleNamespace]:
     Gives input, output, params, wildcards and threads. An output is a temporary path beside its
     target; all are moved into place when the block ends well, and removed when it does not.
     """
-    _log_to(snakemake.log[0])
+    handlers = _log_to(snakemake.log[0])
     lists = {name: path for name, path in snakemake.output.items() if not isinstance(path, str)}
     targets = {n: Path(p) for n, p in snakemake.output.items() if n not in lists}
     for name, paths in lists.items():
@@ -133,16 +136,31 @@ def stage(snakemake) -> Iterator[SimpleNamespace]:
         sys.exit(1)
     except KeyboardInterrupt:
         sys.exit(130)
-    except Exception:
-        logging.getLogger(PACKAGE).exception("an error of mimeline's own; please report it")
+    except Exception as error:
+        if getattr(error, "errno", None) in DISK_FULL:
+            logging.getLogger(PACKAGE).error("%s", _no_space(next(iter(targets.values())).parent))
+        else:
+            logging.getLogger(PACKAGE).exception("an error of mimeline's own; please report it")
         sys.exit(1)
     finally:
         for path in temporary.values():
             _remove(path)
+        for handler in handlers:
+            logging.getLogger(PACKAGE).removeHandler(handler)
+            handler.close()
 
 
-def _log_to(path: str) -> None:
-    """The package's log goes to the rule's log file and to the terminal."""
+def _no_space(folder: Path) -> MimelineError:
+    return MimelineError(
+        folder,
+        found="no space left on its disk",
+        expected="room for the results",
+        remedy="Free some, then type the same command: what is done stays done.",
+    )
+
+
+def _log_to(path: str) -> tuple[logging.Handler, ...]:
+    """The package's log goes to the rule's log file and to the terminal, through these."""
     logger = logging.getLogger(PACKAGE)
     logger.setLevel(logging.INFO)
     to_file, to_terminal = logging.FileHandler(path, mode="w"), logging.StreamHandler()
@@ -150,6 +168,7 @@ def _log_to(path: str) -> None:
     to_terminal.setFormatter(logging.Formatter("mimeline: %(message)s"))
     for handler in (to_file, to_terminal):
         logger.addHandler(handler)
+    return to_file, to_terminal
 
 
 def _remove(path: Path) -> None:

@@ -178,6 +178,15 @@ def test_a_catalogue_of_videos_depends_on_what_a_video_may_ask_of_us(job_params,
     assert {job[0] for job in before if before[job] != after[job]} == {"catalogue", "fetch"}
 
 
+def test_a_changed_file_of_the_face_reruns_the_report(job_params, tmp_path):
+    base = {"report": {"face": str(tmp_path)}}
+    (tmp_path / "neutral.obj").write_text("v 0 0 0")
+    before = job_params(base)
+    (tmp_path / "neutral.obj").write_text("v 0 0 0.1")
+    after = job_params(base)
+    assert {job[0] for job in before if before[job] != after[job]} == {"report"}
+
+
 def test_more_shards_mean_more_jobs_of_the_sharded_rules(job_params):
     sharded = {job[0] for job in job_params({"shards": 5}) if job[1] == ("04",)}
     assert sharded == {"select", "fetch", "ingest", "pose", "annotate"}

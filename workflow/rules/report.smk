@@ -35,7 +35,7 @@ rule report:
             model=config["train"]["models"],
         ),
         truth=config["evaluate"]["truth"] or ("<results>/toy/truth" if TOY else []),
-        face=config["report"]["face"] or [],
+        face=ancient(config["report"]["face"] or []),
     output:
         page=report(
             "<results>/report/index.html",
@@ -56,6 +56,7 @@ rule report:
         side=lookup("series/side", within=config),
         annotate=lookup("annotate", within=config),
         truth=listing(config["evaluate"]["truth"]),
+        face=listing(config["report"]["face"]),
         code=code_digest("mimeline.reporting.report"),
     message:
         "Writing the report"

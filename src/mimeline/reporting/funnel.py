@@ -58,7 +58,6 @@ class Note:
     """Something the ledger says about clips that were kept."""
 
     stage: str
-    rule: str
     text: str
     clips: int
     named: list[str]
@@ -214,10 +213,9 @@ def _notes(rows: pd.DataFrame, order: Sequence[str]) -> list[Note]:
     noted.loc[by_time, "text"] = named + ": " + detail
     notes = []
     for stage in order:
-        own = noted[noted["stage"] == stage]
-        for (text, rule), group in own.groupby(["text", "rule"], sort=True):
+        for text, group in noted[noted["stage"] == stage].groupby("text", sort=True):
             ids = sorted(group["clip_id"])
-            notes.append(Note(stage, str(rule), str(text), len(ids), ids[:MOST_NAMED]))
+            notes.append(Note(stage, str(text), len(ids), ids[:MOST_NAMED]))
     return notes
 
 

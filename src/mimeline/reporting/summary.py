@@ -15,7 +15,6 @@ from mimeline.reporting.timelines import Timelines
 from mimeline.reporting.training import Model
 
 NAMED = 6  # of many
-OPTIONAL = ("no_video",)  # rules whose notes are no lack: nothing of a run needs a video
 
 
 @dataclass(frozen=True)
@@ -101,8 +100,7 @@ def missing(
     told += [
         ("funnel", f"{note.stage}: {note.text} ({words.clips(note.clips)})")
         for note in way.notes
-        if note.rule not in OPTIONAL
-        and ("not applied" in note.text or note.text.startswith("parts are"))
+        if "not applied" in note.text or note.text.startswith("parts are")
     ]
     if scored.reason:
         told.append(("scores", f"no annotation scores: {scored.reason}"))
@@ -114,7 +112,8 @@ def missing(
     if album.gone:
         names = ", ".join(sorted(album.gone)[:NAMED]) + (" …" if len(album.gone) > NAMED else "")
         many = f"{words.clips(len(album.gone))} ({names})"
-        told.append(("funnel", f"the video of {many} cannot be shown: the motion is drawn instead"))
+        instead = "the motion is drawn instead (`snakemake -R fetch` cuts the films anew)"
+        told.append(("funnel", f"the film of {many} cannot be shown: {instead}"))
     if album.stand_in.reason:
         told.append(("clusters", f"the embedded face stands in: {album.stand_in.reason}"))
     return told
