@@ -157,11 +157,11 @@ def _brows(f: _Fields) -> dict[str, np.ndarray]:
     inner = f.above_lids * f.flesh(f.inner_brow, (1.5, 1.2, 3))
     middle = f.above_lids * f.flesh(f.mid_brow, (1.7, 1.1, 3))
     lifted = f.above_lids * f.both(_beside(f.inner_brow, -0.2, 0.3), (1.5, 1.7, 3))
-    outer = f.above_lids * f.flesh(_beside(f.outer_brow, 0.2, 0.2), (2.1, 1.6, 2.2))
+    outer = f.above_lids * f.flesh(_beside(f.outer_brow, 0.3, 0.1), (2.2, 2.2, 2.6))
     return {
         "browDownLeft": _moved(inner, -0.28, -0.55, 0.12) + _moved(middle, -0.12, -0.35, 0.05),
         "browInnerUp": _moved(lifted, 0, 0.9, -0.05),
-        "browOuterUpLeft": _moved(outer, 0, 0.85, -0.15),
+        "browOuterUpLeft": _moved(outer, 0, 0.75, -0.15) + _moved(middle, 0, 0.3, -0.05),
     }
 
 
