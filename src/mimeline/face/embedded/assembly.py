@@ -9,11 +9,11 @@ from functools import cache
 import numpy as np
 
 from mimeline.face.embedded import anatomy, expressions, identities
-from mimeline.face.embedded.falloff import smoothstep
 from mimeline.face.embedded.mesh import Mesh
 from mimeline.face.embedded.mesh import build as build_mesh
 from mimeline.face.embedded.parts import BROW_ROWS
 from mimeline.face.embedded.skin import BORDER, MEET
+from mimeline.face.falloff import smoothstep
 from mimeline.face.model import SKIN_GLOSS, Face, Joint
 from mimeline.vocabulary import EXPRESSIONS
 

@@ -8,10 +8,10 @@ Apple's documentation of ARFaceAnchor.BlendShapeLocation.
 import numpy as np
 
 from mimeline.face.embedded import anatomy
-from mimeline.face.embedded.falloff import bell, folded, smoothstep
 from mimeline.face.embedded.mesh import Mesh
 from mimeline.face.embedded.parts import BROW_ROWS
 from mimeline.face.embedded.skin import LID_RINGS, MEET
+from mimeline.face.falloff import bell, folded, smoothstep
 from mimeline.vocabulary import CHANNELS, EXPRESSIONS
 
 JAW_TURN = 0.29  # radians at jawOpen 1
@@ -157,7 +157,7 @@ def _brows(f: _Fields) -> dict[str, np.ndarray]:
     inner = f.above_lids * f.flesh(f.inner_brow, (1.5, 1.2, 3))
     middle = f.above_lids * f.flesh(f.mid_brow, (1.7, 1.1, 3))
     lifted = f.above_lids * f.both(_beside(f.inner_brow, -0.2, 0.3), (1.5, 1.7, 3))
-    outer = f.above_lids * f.flesh(_beside(f.outer_brow, 0.3, 0.1), (2.2, 2.2, 2.6))
+    outer = f.above_lids * f.flesh(_beside(f.outer_brow, 0.2, 0.1), (2.1, 1.8, 2.2))
     return {
         "browDownLeft": _moved(inner, -0.28, -0.55, 0.12) + _moved(middle, -0.12, -0.35, 0.05),
         "browInnerUp": _moved(lifted, 0, 0.9, -0.05),

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator
 
 from mimeline.face.embedded.anatomy import HAIR_AXIS, HAIR_CENTRE, HAIRLINE
-from mimeline.face.embedded.falloff import bell
 from mimeline.face.embedded.sculpture import Skin, directions
+from mimeline.face.falloff import bell
 
 COLUMNS = 48  # of vertices along the hairline, from forehead to nape
 HALF_BORDER = 0.014  # radians, from the hairline to the rows of vertices on either side

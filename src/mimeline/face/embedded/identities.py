@@ -5,10 +5,10 @@ Centimetres, frame of anatomy.
 
 import numpy as np
 
-from mimeline.face.embedded.falloff import bell, folded, smoothstep
 from mimeline.face.embedded.mesh import Mesh
 from mimeline.face.embedded.parts import BROW_ROWS
 from mimeline.face.embedded.skin import MEET
+from mimeline.face.falloff import bell, folded, smoothstep
 
 
 def offsets(mesh: Mesh) -> np.ndarray:

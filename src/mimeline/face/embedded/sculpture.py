@@ -10,7 +10,7 @@ import numpy as np
 from scipy.interpolate import RBFInterpolator
 
 from mimeline.face.embedded.anatomy import EYE, EYE_RADIUS, HEAD_POINTS, LID_THICKNESS
-from mimeline.face.embedded.falloff import folded
+from mimeline.face.falloff import folded
 
 CENTRE = np.array([0.0, -3.0, -0.5])  # every ray from here meets the head once
 FARTHEST = 20.0  # no part of the head lies farther from the centre
