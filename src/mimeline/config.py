@@ -115,8 +115,12 @@ class Fetch(Section):
         33_177_600, description="largest picture, width x height (8K: 33177600)"
     )
     max_source_s: Positive = Field(14_400.0, description="longest source video, seconds")
-    max_mb: Positive = Field(8_000.0, description="largest source video, and largest film made of one, megabytes")
-    timeout_s: Positive = Field(300.0, description="longest single run of a probe or of ffmpeg on a video, seconds")
+    max_mb: Positive = Field(
+        8_000.0, description="largest source video, and largest film made of one, megabytes"
+    )
+    timeout_s: Positive = Field(
+        300.0, description="longest single run of a probe or of ffmpeg on a video, seconds"
+    )
 
 
 class LiveLink(Section):

@@ -19,9 +19,6 @@ class MimelineError(Exception):
         text = f"{where}: found {self.found}, expected {self.expected}. {self.remedy}"
         return " ".join(text.split())  # one line, whatever a file holds
 
-    def __reduce__(self):
-        return _rebuild, (type(self), self.file, self.found, self.expected, self.remedy, self.place)
-
 
 class BadFile(MimelineError):
     """A file cannot be read as what it should be."""
@@ -48,7 +45,3 @@ def unreadable(file, error: Exception, *, expected: str, remedy: str) -> BadFile
     if isinstance(error, FileNotFoundError):
         return NoSuchFile(file, found="no such file", expected=expected, remedy=remedy)
     return BadFile(file, found=str(error), expected=expected, remedy=remedy)
-
-
-def _rebuild(kind, file, found, expected, remedy, place):
-    return kind(file, found=found, expected=expected, remedy=remedy, place=place)

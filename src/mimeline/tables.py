@@ -14,6 +14,7 @@ import pandera.pandas as pandera
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from mimeline.atomic import whole
 from mimeline.errors import BadFile, MissingColumn
 from mimeline.vocabulary import (
     ACTIONS,
@@ -319,13 +320,8 @@ def write(table: Table, rows: pd.DataFrame, path: str | Path, reason: str = "") 
     _check(table, _to_pandas(arrow), path)
     if reason:
         arrow = arrow.replace_schema_metadata({REASON: reason.encode()})
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(path.name + ".tmp")
-    try:
+    with whole(path) as temporary:
         pq.write_table(arrow, temporary, compression="zstd")
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def read(table: Table, path: str | Path, columns: Sequence[str] | None = None) -> pd.DataFrame:

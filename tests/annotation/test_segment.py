@@ -57,6 +57,7 @@ def test_a_region_without_a_series_passes_the_reason_on(segmented):
     reason = tables.reason(segmented.clusters["mouth"])
     assert reason == "not measured: mouthSmileLeft, mouthStretchLeft, mouthFrownLeft"
     assert tables.read(tables.CLUSTERS, segmented.clusters["mouth"]).empty
+    (segmented.models["mouth"] / ".snakemake_timestamp").touch()
     assert set(read_models(segmented.models)) == {"brow", "eye"}
 
 

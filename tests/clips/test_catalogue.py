@@ -77,6 +77,7 @@ def test_a_record_that_is_none_fails_and_the_rest_goes_on(run, bad):
     clips, ledger = run({"good_0.mp4": record(), "bad_0.mp4": bad})
     assert clips.index.tolist() == ["good_0"]
     assert ledger.loc["bad_0", ["status", "rule"]].tolist() == ["failed", "unreadable"]
+    assert "info.json, record bad_0.mp4: found" in ledger.loc["bad_0", "detail"]
 
 
 def test_a_source_that_leads_out_of_the_folder_fails(run):

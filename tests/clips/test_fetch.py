@@ -1,6 +1,7 @@
 import json
 import os
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -21,6 +22,7 @@ KEYS = {
     "max_source_s": 100.0,
     "max_mb": 10.0,
     "timeout_s": 30.0,
+    "recipe": "one",
 }
 
 
@@ -81,7 +83,7 @@ def test_a_clip_is_cut_from_its_source_at_its_seconds(run, film):
     assert (clip["width"], clip["height"]) == (96, 64)
     assert clip["media"] == str(run.media / "a.mp4") and clip["audio"] == str(run.media / "a.wav")
     assert probe(run.media / "a.mp4", Limits()).n_frames == 30
-    shown = read_frames(clip["media"], [0, 29])[:, 8, 60].mean(axis=1)
+    shown = np.array([frame[8, 60].mean() for _, frame in read_frames(clip["media"], [0, 29])])
     assert np.abs(shown - [60 + 2 * 30, 60 + 2 * 59]).max() < 4
     assert times["source_frame"].tolist() == list(range(30, 60))
     np.testing.assert_allclose(times["source_s"], np.arange(30, 60) / 30)
@@ -107,7 +109,7 @@ def test_a_box_is_in_shares_of_the_picture_or_in_pixels(run, film, box):
     box = {"left": 0, "right": 32} | box
     kept, _, _ = run([{"clip_id": "a"} | {f"bbox_{side}": float(v) for side, v in box.items()}])
     assert (kept.loc["a", "width"], kept.loc["a", "height"]) == (32, 32)
-    seen = read_frames(kept.loc["a", "media"], [20])[0].astype(int)
+    seen = dict(read_frames(kept.loc["a", "media"], [20]))[20].astype(int)
     assert np.abs(seen[4:28, 4:28] - [100, 0, 0]).max() < 12  # red, and not the darker half
 
 
@@ -208,6 +210,47 @@ def test_what_is_there_is_not_cut_again(run, film):
         pd.testing.assert_frame_equal(one, other)
 
 
+def test_a_film_that_was_cut_off_or_deleted_is_cut_anew(run, film):
+    (run.videos / "source.mp4").write_bytes(film)
+    run([{"clip_id": "a"}])
+    made = {name: (run.media / name).read_bytes() for name in ("a.mp4", "a.wav")}
+    for name, content in made.items():
+        (run.media / name).write_bytes(content[: len(content) // 2])
+        run([{"clip_id": "a"}])
+        assert (run.media / name).read_bytes() == content
+        (run.media / name).unlink()
+        run([{"clip_id": "a"}])
+        assert (run.media / name).read_bytes() == content
+
+
+def test_what_other_code_has_cut_is_cut_anew(run, film):
+    (run.videos / "source.mp4").write_bytes(film)
+    run([{"clip_id": "a"}])
+    made = (run.media / "a.mp4").stat().st_mtime_ns
+    run([{"clip_id": "a"}])
+    assert (run.media / "a.mp4").stat().st_mtime_ns == made
+    run([{"clip_id": "a"}], recipe="another")
+    assert (run.media / "a.mp4").stat().st_mtime_ns != made
+
+
+def test_a_film_that_grows_too_large_is_refused_with_a_number(run):
+    noise = np.random.default_rng(0).integers(0, 255, (30, 64, 64, 3), np.uint8)
+    write_film(run.videos / "noise.mp4", noise, Fraction(30))
+    limit_mb = (run.videos / "noise.mp4").stat().st_size / 1e6 * 1.05
+    _, _, ledger = run([{"clip_id": "a", "source_id": "noise"}], max_mb=limit_mb, side_px=512)
+    assert ledger.loc["a", ["status", "rule", "unit"]].tolist() == [
+        "failed",
+        "too_many_bytes",
+        "MB",
+    ]
+    assert ledger.loc["a", "value"] == pytest.approx(limit_mb)
+    assert list(run.media.iterdir()) == []
+    kept, _, _ = run([{"clip_id": "a", "source_id": "noise"}], side_px=512)
+    assert Path(kept.loc["a", "media"]).stat().st_size > limit_mb * 1e6
+    _, _, ledger = run([{"clip_id": "a", "source_id": "noise"}], max_mb=limit_mb, side_px=512)
+    assert ledger.loc["a", "rule"] == "too_many_bytes"
+
+
 @pytest.mark.parametrize(
     "change",
     [{"fps": "25"}, {"side_px": 32}, {"end_s": 1.5}, {"start_s": 0.5}, {"bbox_left": 32.0}],
@@ -262,3 +305,19 @@ def test_clips_of_real_videos_come_through(run, real_data):
     assert kept["n_frames"].tolist() == [60, 60] and kept["audio"].notna().all()
     assert times.groupby("clip_id").size().tolist() == [60, 60]
     assert ledger.loc["empty_0", "status"] == "failed"
+
+
+@pytest.mark.parametrize(("fps", "what"), [("60", "shown twice"), ("15", "left out")])
+def test_a_film_at_another_rate_than_its_video_is_noted(run, film, fps, what):
+    (run.videos / "source.mp4").write_bytes(film)
+    _, _, ledger = run([{"clip_id": "a"}], fps=fps)
+    row = ledger.loc["a"]
+    assert row[["status", "rule", "value"]].tolist() == ["kept", "resampled", 30]
+    assert row["limit"] == float(fps)
+    assert what in row["detail"]
+
+
+def test_thousandths_of_a_rate_are_not_worth_a_note(run, film):
+    (run.videos / "source.mp4").write_bytes(film)
+    _, _, ledger = run([{"clip_id": "a"}], fps="30000/1001")
+    assert pd.isna(ledger.loc["a", "rule"])

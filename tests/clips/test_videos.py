@@ -35,7 +35,7 @@ def test_each_video_is_a_source_as_long_as_itself(data):
     ]
     assert [(row["start_s"], row["end_s"]) for row in rows] == [(0.0, 3.0), (0.0, 1.2)]
     assert (rows[0]["width"], rows[0]["height"], rows[0]["actions"]) == (48, 32, [])
-    assert list(bad) == ["page"] and "an HTML page" in bad["page"]
+    assert list(bad) == ["page"] and "an HTML page" in str(bad["page"])
 
 
 def test_files_are_chosen_by_pattern_and_left_out_by_name(data):
@@ -60,6 +60,30 @@ def test_a_videos_catalogue_can_be_cut_into_clips(data, tmp_path):
     assert table["end_s"].tolist() == [1.5, 3.0, 1.2]
     statuses = tables.read(tables.LEDGER, ledger).set_index("clip_id")["status"]
     assert statuses["page"] == "failed"
+
+
+def test_a_video_that_breaks_a_limit_keeps_its_rule_and_numbers(data, tmp_path):
+    clips, ledger = tmp_path / "clips.parquet", tmp_path / "ledger.parquet"
+    limits = {"max_source_s": 2.0}
+    catalogue(data, [clips], ledger, "videos", OPTIONS, cut_s=None, tracker=None, limits=limits)
+    row = tables.read(tables.LEDGER, ledger).set_index("clip_id").loc["long"]
+    assert row[["status", "rule", "value", "limit", "unit"]].tolist() == [
+        *("failed", "too_long_source"),
+        *(3.0, 2.0, "s"),
+    ]
+    assert "raise fetch.max_source_s" in row["detail"]
+
+
+def test_a_catalogue_takes_one_video_of_a_name_and_no_hidden_file(data, tmp_path):
+    videos = tmp_path / "videos"
+    videos.mkdir()
+    for name in ("a.mp4", "-b.mov"):
+        (videos / name).write_bytes((data / "videos" / "long.mp4").read_bytes())
+    for name in ("a.mov", "._a.mp4", ".hidden.mp4"):
+        (videos / name).write_bytes(b"not looked at")
+    rows, bad = read(tmp_path, **OPTIONS, limits=LIMITS)
+    assert [row["clip_id"] for row in rows] == ["-b", "a"] and bad == {}
+    assert {path.name for path in videos_in(videos).values()} == {"a.mp4", "-b.mov"}
 
 
 def test_of_two_videos_of_one_name_the_more_usual_ending_counts(tmp_path):

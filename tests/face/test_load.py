@@ -96,6 +96,7 @@ def full_face():
         landmarks=np.arange(68) % 12,
         pose_shapes=rng.random((18, 12, 3)),
         regressor=rng.dirichlet(np.ones(12), 3),
+        gloss=rng.random(12),
     )
 
 
@@ -135,8 +136,16 @@ def test_four_named_arrays_are_enough(tmp_path, ball_face):
         ({"shape_names": np.arange(4)}, "array shape_names: found type int64, expected text"),
         ({"shape_names": np.array(["a", "b", "c", "d"])}, "found shapes a, b, c, d"),
         ({"neutral": np.zeros((5, 2))}, "array neutral: found shape (5, 2)"),
-        ({"triangles": np.array([[0, 1, 10**6]])}, "triangles name vertices outside"),
-        ({"shapes": np.zeros((4, 3, 3))}, "shapes has shape (4, 3, 3)"),
+        (
+            {"shape_names": np.array([["a", "b", "c", "d"]])},
+            "array shape_names: found shape (1, 4)",
+        ),
+        (
+            {"triangles": np.array([[0, 1, 10**6]])},
+            "array triangles: found numbers from 0 to 1000000",
+        ),
+        ({"shapes": np.zeros((4, 3, 3))}, "array shapes: found shape (4, 3, 3)"),
+        ({"gloss": np.ones(3)}, "array gloss: found shape (3,)"),
         ({"shapes": np.zeros((4, 3, 3), "S1")}, "array shapes: found type |S1, expected numbers"),
     ],
 )
@@ -227,6 +236,20 @@ def test_an_npz_larger_than_the_limit_is_not_unpacked(tmp_path, monkeypatch):
     with zipfile.ZipFile(tmp_path / "face.npz", "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("neutral.npy", bytes(3 * 10**6))
     assert "found 1 arrays of 3 MB" in refusal(tmp_path / "face.npz")
+
+
+def test_a_file_among_the_arrays_of_an_npz_is_refused(tmp_path, ball_face):
+    np.savez(tmp_path / "face.npz", **arrays_of(ball_face))
+    with zipfile.ZipFile(tmp_path / "face.npz", "a") as archive:
+        archive.writestr("README.txt", "mine")
+    assert "found README.txt, which is no array" in refusal(tmp_path / "face.npz")
+
+
+def test_an_error_of_our_own_does_not_blame_the_file(tmp_path, ball_face, monkeypatch):
+    np.savez(tmp_path / "face.npz", **arrays_of(ball_face))
+    monkeypatch.setattr(shapes, "head_only", lambda neutral: neutral[len(neutral)])
+    with pytest.raises(IndexError):
+        load_face(tmp_path / "face.npz")
 
 
 def test_a_damaged_npz_is_refused(tmp_path, ball_face):

@@ -58,6 +58,12 @@ def test_the_frames_of_a_clips_video_are_on_the_page(filmed_page):
     assert "a frame of the clip’s video" in filmed_page
 
 
+def test_an_exemplar_that_was_filmed_is_seen_filmed_and_drawn_close(filmed_page):
+    figure = re.findall(r'<div class="shots".*?</div>', filmed_page, flags=re.DOTALL)[0]
+    seen = re.findall(r'alt="frame (\d+), (\w+)"', figure)
+    assert seen == [(f, way) for way in ("filmed", "drawn") for f in ("0", "14", "29")]
+
+
 def test_without_a_video_nothing_is_called_filmed(plain_page):
     assert "filmed" not in plain_page.partition("</style>")[2]
     assert '<ul class="sheet">' not in plain_page
@@ -69,8 +75,9 @@ def test_a_video_that_is_gone_or_broken_is_drawn_and_said(run, tmp_path, content
     if content is not None:
         path.write_bytes(content)
     html = written(run(media={CLIP: path}))
-    assert f"the video of 1 clip ({CLIP}) cannot be shown: the motion is drawn instead" in html
+    assert f"the film of 1 clip ({CLIP}) cannot be shown: the motion is drawn instead" in html
     assert 'alt="frame 14, drawn"' in html and "frame 14, filmed" not in html
+    assert "snakemake -R fetch" in html
     assert '<ul class="sheet">' not in html
 
 
@@ -161,14 +168,13 @@ def test_a_film_shows_both_faces_and_a_line_that_runs_through_the_timeline(run):
     assert all(made.strips["made"]) and not any(made.strips["real"])
 
 
-def test_a_picture_that_is_not_square_is_cut_to_what_matters():
-    wide = np.zeros((40, 80, 3), np.uint8)
-    wide[:, 20:60] = 200
-    assert (square(wide, 16) == 200).all()
-    high = np.zeros((80, 40, 3), np.uint8)
-    high[:40] = 200
-    assert (square(high, 16) == 200).all()
-    assert seen(data_uri(square(wide, 16))).shape == (16, 16, 3)
+def test_of_a_picture_that_is_not_square_nothing_is_cut_off():
+    wide = np.full((40, 80, 3), 200, np.uint8)
+    fitted = square(wide, 16)
+    assert (fitted[4:12] == 200).all() and (fitted[[0, -1]] < 50).all()
+    fitted = square(wide.transpose(1, 0, 2), 16)
+    assert (fitted[:, 4:12] == 200).all() and (fitted[:, [0, -1]] < 50).all()
+    assert seen(data_uri(fitted)).shape == (16, 16, 3)
 
 
 def test_the_page_stays_small(filmed_page):

@@ -49,7 +49,7 @@ def shot(path, clip, motion, size=SIZE, **changes) -> list[np.ndarray]:
     n = clip.n_frames
     facts = {"covered": np.zeros(n, bool), "shown": np.arange(n), "speech": np.zeros(n)}
     video.shoot(path, clip, looks=LOOKS, motion=motion, size=size, seed=0, **facts | changes)
-    return list(read_frames(path, range(n)))
+    return [frame for _, frame in read_frames(path, range(n))]
 
 
 @pytest.fixture(scope="module")

@@ -76,3 +76,17 @@ def test_a_label_file_that_fits_names_the_clusters(toy_run, tmp_path):
     row = table[(table["region"] == "brow") & (table["cluster"] == 0)].iloc[0]
     assert row[["action", "note", "source"]].tolist() == ["BrowUp", "strong", "human"]
     assert toy_run.run(*wanted).returncode == 0
+
+
+def test_a_run_that_loses_every_clip_ends_with_a_report_that_says_so(checkout, tmp_path):
+    config = tmp_path / "config.yaml"
+    config.write_text(
+        "toy: {people: 2, clips: 2, video_share: 0}\nselect: {min_s: 30, max_s: 60}\n"
+    )
+    done = checkout.run(config=("tests/workflow/tiny.yaml", str(config)))
+    assert done.returncode == 0, done.stdout + done.stderr
+    page = (checkout.root / "results/report/index.html").read_text(encoding="utf-8")
+    assert "No clip came through" in page
+    assert "the report is results/report/index.html" in done.stdout + done.stderr
+    again = checkout.run("--until", "select", config=("tests/workflow/tiny.yaml", str(config)))
+    assert "the report is" not in again.stdout + again.stderr  # of an earlier run

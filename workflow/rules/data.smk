@@ -1,3 +1,5 @@
+from mimeline.media.confined import MEMORY_MB
+
 SHARDS = [f"{number:02d}" for number in range(config["shards"])]
 TOY = config["data_dir"] is None
 DATA = "<results>/toy/data" if TOY else ancient(config["data_dir"])
@@ -35,7 +37,7 @@ rule catalogue:
         "<benchmarks>/catalogue.tsv"
     threads: 1
     resources:
-        mem_mb=1000,
+        mem_mb=1000 + (MEMORY_MB if config["catalogue"]["format"] == "videos" else 0),
     params:
         catalogue=chosen(config["catalogue"]),
         cut_s=lookup("catalogue/cut_s", within=config),
@@ -86,12 +88,13 @@ rule fetch:
         "<benchmarks>/fetch/{shard}.tsv"
     threads: 1
     resources:
-        mem_mb=2000,
+        mem_mb=1000 + MEMORY_MB,  # ours, and the most that ffmpeg may take
     params:
         fetch=lookup("fetch", within=config) | {"fps": rate_of_clips(config)},
         # beside the outputs and not one of them: what a killed run has cut is there for the next
         media=lambda wildcards, output: str(Path(output.clips).with_name("media")),
         listing=listing(config["data_dir"]),
+        recipe=code_digest("mimeline.media.cut"),  # what was cut by the same code is taken up
         code=code_digest("mimeline.clips.fetch"),
     message:
         "Cutting the videos of shard {wildcards.shard}"

@@ -14,5 +14,6 @@ with stage(snakemake) as job:
         times=job.output.times,
         ledger=job.output.ledger,
         media=job.params.media,
+        recipe=job.params.recipe,
         **job.params.fetch,
     )

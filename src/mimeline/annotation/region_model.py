@@ -65,4 +65,10 @@ class RegionModel:
 
 def read_models(folders: Mapping[str, Path]) -> dict[str, RegionModel]:
     """The fitted models by region; a region that could not be segmented is absent."""
-    return {r: RegionModel.load(f) for r, f in folders.items() if any(Path(f).iterdir())}
+    fitted = {region: folder for region, folder in folders.items() if is_fitted(folder)}
+    return {region: RegionModel.load(folder) for region, folder in fitted.items()}
+
+
+def is_fitted(folder: Path) -> bool:
+    """Whether segment wrote a model there; snakemake leaves a time stamp in any folder."""
+    return (Path(folder) / CHANNELS_FILE).is_file()

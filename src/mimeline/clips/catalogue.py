@@ -12,8 +12,9 @@ import pandas as pd
 
 from mimeline import tables
 from mimeline.clips import celebvtext, videos
+from mimeline.clips.failure import failure, printable
 from mimeline.clips.folder import sources
-from mimeline.errors import BadFile
+from mimeline.errors import BadFile, MimelineError
 from mimeline.ledger import Ledger
 from mimeline.media.limits import Limits
 from mimeline.tracking.readers import read_take
@@ -56,8 +57,8 @@ def catalogue(
     else:
         rows, bad = _files(Path(data), tracker, **options)
     rows = [piece for row in rows for piece in _cut(row, cut_s)]
-    bad = {_printable(clip_id): problem for clip_id, problem in bad.items()}
-    rows = [row | {"clip_id": _printable(row["clip_id"])} for row in rows]
+    bad = {printable(clip_id): error for clip_id, error in bad.items()}
+    rows = [row | {"clip_id": printable(row["clip_id"])} for row in rows]
 
     ids = [*(row["clip_id"] for row in rows), *bad]
     repeated = [clip_id for clip_id, count in Counter(ids).items() if count > 1]
@@ -69,12 +70,12 @@ def catalogue(
             remedy="Rename one of them.",
         )
     decisions = Ledger("catalogue", ids)
-    for clip_id, problem in bad.items():
-        decisions.fail(clip_id, "unreadable", detail=_printable(problem))
+    for clip_id, error in bad.items():
+        decisions.fail(clip_id, **failure(error))
     for row in rows:
         unsafe = [row[k] for k in ("clip_id", "source_id") if not SAFE_ID.fullmatch(row[k])]
         if unsafe:
-            detail = f"{_printable(unsafe[0])!r} is no plain file name: use letters, digits, . _ -"
+            detail = f"{printable(unsafe[0])!r} is no plain file name: rename it (a-z 0-9 . _ -)"
             decisions.fail(row["clip_id"], "unsafe_id", detail=detail)
     kept = set(decisions.kept)
     table = pd.DataFrame(
@@ -88,11 +89,6 @@ def catalogue(
     decisions.tell(log)
 
 
-def _printable(text: str) -> str:
-    """The text as any file may hold it: what is no Unicode is spelt out."""
-    return text.encode("utf-8", "backslashreplace").decode()
-
-
 def shard_of(source_id: str, shards: int) -> int:
     """The shard of a source video: stable, whatever else the catalogue holds."""
     return int.from_bytes(hashlib.sha256(source_id.encode()).digest()[:8]) % shards
@@ -100,7 +96,7 @@ def shard_of(source_id: str, shards: int) -> int:
 
 def _files(
     data: Path, tracker: dict, pattern: str, exclude: list[str], subject: str | None
-) -> tuple[list[dict], dict]:
+) -> tuple[list[dict], dict[str, MimelineError]]:
     """Each file of the tracker's folder is a take; its tracking result tells how long it is."""
     folder = data / tracker["options"]["folder"]
     paths = sorted(path for path in folder.glob(pattern) if path.name not in exclude)

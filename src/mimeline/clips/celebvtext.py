@@ -8,7 +8,7 @@ from mimeline.errors import BadFile, unreadable
 LARGEST_SHARE = 2.0  # of a box's edge; a face crop in pixels is larger
 
 
-def read(data: Path, info: str, annotations: str | None) -> tuple[list[dict], dict[str, str]]:
+def read(data: Path, info: str, annotations: str | None) -> tuple[list[dict], dict[str, BadFile]]:
     """Clips of a catalogue, and the records that are none, with what is wrong with each.
 
     data: the folder that info and annotations (file names) lie in.
@@ -25,7 +25,13 @@ def read(data: Path, info: str, annotations: str | None) -> tuple[list[dict], di
         try:
             row = _row(clip_id, record, acts.get(clip_id, []))
         except (KeyError, TypeError, ValueError, AttributeError) as error:
-            bad[clip_id] = f"{type(error).__name__}: {error}"
+            bad[clip_id] = BadFile(
+                data / info,
+                place=f"record {key}",
+                found=f"{type(error).__name__}: {error}",
+                expected="ytb_id, duration and bbox, and actions with their times",
+                remedy="Mend the record, or take the file again from where it was published.",
+            )
         else:
             rows.append(row)
     return rows, bad

@@ -4,7 +4,6 @@ import json
 import logging
 import math
 import os
-import time
 from collections.abc import Iterable
 from fractions import Fraction
 from pathlib import Path
@@ -13,7 +12,9 @@ import numpy as np
 import pandas as pd
 
 from mimeline import tables
+from mimeline.atomic import whole
 from mimeline.clips.celebvtext import LARGEST_SHARE
+from mimeline.clips.failure import failure
 from mimeline.clips.videos import videos_in
 from mimeline.errors import MimelineError, unreadable
 from mimeline.ledger import Ledger
@@ -21,11 +22,11 @@ from mimeline.media.box import Box
 from mimeline.media.cut import cut, cut_sound
 from mimeline.media.limits import Limits, Refused, check_bytes, check_video
 from mimeline.media.probe import Probe, probe
+from mimeline.progress import told
 
 log = logging.getLogger(__name__)
 
-RECIPE = 1  # raised when the same video and parameters give another file
-EVERY_S = 30.0  # seconds between two words on the progress
+SAME_RATE = 0.005  # of a rate: 29.97 and 30 are the same to the eye of a tracker
 SIDES = ("top", "bottom", "left", "right")
 
 
@@ -43,6 +44,7 @@ def fetch(
     max_source_s: float,
     max_mb: float,
     timeout_s: float,
+    recipe: str,
 ) -> None:
     """Cut each clip out of its video (Höll 2024, 5.2.2).
 
@@ -53,8 +55,9 @@ def fetch(
     picture), else <source_id>.mp4 from start_s to end_s, cropped to its box; folder: None where
     there are no videos. A clip without video is kept, with a note.
     fps: frames per second, as 30 or 30000/1001. side_px: edge of a square picture, or None.
-    max_pixels (width × height), max_source_s (seconds), max_mb (megabytes): limits of a video.
-    timeout_s: longest work on one video or clip, seconds.
+    max_pixels (width × height), max_source_s (seconds): limits of a video. max_mb (megabytes): of
+    a video, and of each film and sound. timeout_s: of each process that works on a video, seconds.
+    recipe: a digest of the code that cuts; what was cut by another is cut anew.
     """
     table = tables.read(tables.CLIPS, clips)
     limits = Limits(max_pixels, max_source_s, max_mb, timeout_s)
@@ -67,21 +70,19 @@ def fetch(
     pieces = []
     for clip in table.itertuples():
         if path := videos.get(clip.clip_id):
-            pieces.append(_Piece(clip, path, Fraction(fps), side_px, whole=True))
+            pieces.append(_Piece(clip, path, Fraction(fps), side_px, recipe, is_cut=True))
         elif path := videos.get(clip.source_id):
-            pieces.append(_Piece(clip, path, Fraction(fps), side_px, whole=False))
+            pieces.append(_Piece(clip, path, Fraction(fps), side_px, recipe, is_cut=False))
         else:
             decisions.note(clip.clip_id, "no_video", detail=absent)
 
     facts = {}
     for piece, result in _results(sorted(pieces, key=_Piece.order), media, limits):
-        if isinstance(result, Refused):
-            numbers = {"value": result.value, "limit": result.limit, "unit": result.unit}
-            decisions.fail(piece.clip_id, result.rule, **numbers, detail=str(result))
-        elif isinstance(result, MimelineError):
-            decisions.fail(piece.clip_id, "unreadable", detail=str(result))
+        if isinstance(result, MimelineError):
+            decisions.fail(piece.clip_id, **failure(result))
         else:
             facts[piece.clip_id] = result
+            _note_rate(decisions, piece, result["source_rate"])
     _remove_others(media, facts)
 
     table = table[table["clip_id"].isin(decisions.kept)]
@@ -96,17 +97,31 @@ def fetch(
     )
     decisions.close(ledger, table["clip_id"])
     decisions.tell(log)
+    if facts:
+        log.info("the films are in %s", media)
+
+
+def _note_rate(decisions: Ledger, piece: "_Piece", rate: float) -> None:
+    """Frames that are shown twice or left out look like motion that stops or jumps."""
+    fps = float(piece.fps)
+    if abs(rate - fps) > SAME_RATE * fps:
+        facts = {"value": rate, "limit": fps, "unit": "frames per second"}
+        what = "shown twice" if rate < fps else "left out"
+        decisions.note(piece.clip_id, "resampled", **facts, detail=f"some frames are {what}")
 
 
 class _Piece:
     """What is to be cut for a clip: where from, and how."""
 
-    def __init__(self, clip, source: Path, fps: Fraction, side_px: int | None, *, whole: bool):
+    def __init__(
+        self, clip, source: Path, fps: Fraction, side_px: int | None, recipe: str, *, is_cut: bool
+    ):
         self.clip_id, self.source, self.fps, self.side_px = clip.clip_id, source, fps, side_px
-        self.start_s = 0.0 if whole else clip.start_s
+        self.recipe = recipe
+        self.start_s = 0.0 if is_cut else clip.start_s
         self.length_s = clip.end_s - clip.start_s
         edges = [float(getattr(clip, f"bbox_{side}")) for side in SIDES]
-        self.edges = None if whole or not np.isfinite(edges).all() else edges
+        self.edges = None if is_cut or not np.isfinite(edges).all() else edges
 
     def order(self) -> tuple:
         return self.source, self.start_s, self.clip_id
@@ -118,7 +133,7 @@ class _Piece:
     def key(self, status: os.stat_result) -> dict:
         """All that the cut file depends on."""
         return {
-            "recipe": RECIPE,
+            "recipe": self.recipe,
             "source": self.source.name,
             "size": status.st_size,
             "mtime_ns": status.st_mtime_ns,
@@ -143,13 +158,8 @@ def _results(pieces: list[_Piece], media: Path, limits: Limits) -> Iterable[tupl
 
     Pieces come in the order of their videos, so that each video is looked into once.
     """
-    began = told = time.monotonic()
     source, video = None, None
-    for number, piece in enumerate(pieces):
-        if (now := time.monotonic()) - told > EVERY_S:
-            left_s = (now - began) / number * (len(pieces) - number)
-            log.info("%d of %d clips, about %d s left", number, len(pieces), round(left_s))
-            told = now
+    for piece in told(pieces, "clips", log):
         try:
             if not math.isfinite(piece.length_s) or piece.length_s > limits.max_source_s:
                 raise _too_long(piece, limits)
@@ -164,6 +174,9 @@ def _results(pieces: list[_Piece], media: Path, limits: Limits) -> Iterable[tupl
                 fact = _make(piece, video, key, media, limits)
             size = fact["source_width"], fact["source_height"], fact["source_s"]
             check_video(piece.source, *size, limits)
+            film, sound, _ = _files(media, piece.clip_id)
+            for path, n_bytes in zip((film, sound), fact["bytes"], strict=True):
+                check_bytes(path, n_bytes or 0, limits)
             yield piece, fact
         except MimelineError as error:
             yield piece, error
@@ -186,7 +199,7 @@ def _too_long(piece: _Piece, limits: Limits) -> Refused:
         unit="s",
         found=f"a clip of {piece.length_s:g} s",
         expected=f"at most {limits.max_source_s:g} s",
-        remedy="Check the catalogue's times.",
+        remedy="Check the catalogue's times, or raise fetch.max_source_s.",
     )
 
 
@@ -200,7 +213,8 @@ def _probed(path: Path, limits: Limits) -> Probe | MimelineError:
 def _make(piece: _Piece, video: Probe, key: dict, media: Path, limits: Limits) -> dict:
     """Cut the piece's film and sound; the note beside them is written last."""
     film, sound, note = _files(media, piece.clip_id)
-    note.unlink(missing_ok=True)
+    for path in (note, film, sound):
+        path.unlink(missing_ok=True)
     shown = cut(
         piece.source,
         video,
@@ -222,16 +236,16 @@ def _make(piece: _Piece, video: Probe, key: dict, media: Path, limits: Limits) -
         "width": piece.side_px or width,
         "height": piece.side_px or height,
         "n_frames": len(shown),
-        "sound": video.has_sound,
+        "bytes": [_size(film), _size(sound)],
         "source_width": video.width,
         "source_height": video.height,
         "source_s": video.duration_s,
+        "source_rate": float(video.rate),
         "shown": shown.tolist(),
         "shown_s": video.times[shown].tolist(),
     }
-    temporary = note.with_name(note.name + ".tmp")
-    temporary.write_text(json.dumps({"key": key, "fact": fact}))
-    temporary.replace(note)
+    with whole(note) as temporary:
+        temporary.write_text(json.dumps({"key": key, "fact": fact}))
     return fact
 
 
@@ -240,11 +254,20 @@ def _remembered(piece: _Piece, key: dict, media: Path) -> dict | None:
     film, sound, note = _files(media, piece.clip_id)
     try:
         content = json.loads(note.read_text())
-        fact = content["fact"] if content["key"] == key else None
-        whole = fact is not None and film.is_file() and (sound.is_file() or not fact["sound"])
+        fact = content["fact"]
+        same = content["key"] == key and fact["bytes"] == [_size(film), _size(sound)]
     except (OSError, ValueError, KeyError, TypeError):
         return None
-    return fact if whole else None
+    return fact if same else None
+
+
+def _size(path: Path) -> int | None:
+    """Bytes of a file; None where there is none."""
+    return path.stat().st_size if path.is_file() else None
+
+
+def _has_sound(fact: dict) -> bool:
+    return fact["bytes"][1] is not None
 
 
 def _files(media: Path, clip_id: str) -> tuple[Path, Path, Path]:
@@ -256,7 +279,7 @@ def _remove_others(media: Path, facts: dict[str, dict]) -> None:
     ours = set()
     for clip_id, fact in facts.items():
         film, sound, note = _files(media, clip_id)
-        ours |= {film, note} | ({sound} if fact["sound"] else set())
+        ours |= {film, note} | ({sound} if _has_sound(fact) else set())
     for path in media.iterdir():
         if path.is_file() and path not in ours:
             path.unlink()
@@ -268,7 +291,7 @@ def _filled(table: pd.DataFrame, facts: dict, media: Path, fps: Fraction) -> pd.
     for clip_id, fact in facts.items():
         film, sound, _ = _files(media, clip_id)
         table.loc[clip_id, "media"] = str(film)
-        if fact["sound"]:
+        if _has_sound(fact):
             table.loc[clip_id, "audio"] = str(sound)
         for column in ("width", "height", "n_frames"):
             table.loc[clip_id, column] = fact[column]

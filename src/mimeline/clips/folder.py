@@ -8,7 +8,7 @@ from mimeline.errors import MimelineError
 
 def sources(
     paths: Iterable[Path], subject: str | None, facts: Callable[[Path], dict]
-) -> tuple[list[dict], dict[str, str]]:
+) -> tuple[list[dict], dict[str, MimelineError]]:
     """A clip for each file, and the files that cannot be read, with what is wrong with each.
 
     subject: the person of all files, or None. facts: what is found out about a file: end_s
@@ -20,7 +20,7 @@ def sources(
         try:
             found = facts(path)
         except MimelineError as error:
-            bad[path.stem] = str(error)
+            bad[path.stem] = error
             continue
         clip = {"clip_id": path.stem, "source_id": path.stem, "subject_id": subject}
         rows.append(clip | {"start_s": 0.0, "actions": []} | found)

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from mimeline.errors import BadFile, unreadable
 from mimeline.face.embedded import embedded_face
+from mimeline.face.fitting import Unfit
 from mimeline.face.formats import flame, ict, obj, shapes
 from mimeline.face.formats.npz import read_arrays
 from mimeline.face.formats.pickled import read_pickled
@@ -30,9 +31,14 @@ def load_face(path: Path | None) -> Face:
     path = Path(path)
     try:
         return _from_folder(path) if path.is_dir() else _from_file(path)
-    except (ValueError, TypeError, IndexError) as error:
-        expected, remedy = "arrays that fit each other", f"Export the model again. {REMEDY}"
-        raise BadFile(path, found=str(error), expected=expected, remedy=remedy) from error
+    except Unfit as error:
+        raise BadFile(
+            path,
+            place=error.part,
+            found=error.found,
+            expected=error.expected,
+            remedy=f"Export the model again. {REMEDY}",
+        ) from error
 
 
 def _from_folder(folder: Path) -> Face:

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from mimeline.face.fitting import Unfit, fitted, vertex_numbers
+
 SKIN = (226, 174, 146)  # sRGB, where a model brings no colours
 SKIN_GLOSS = 0.07  # of dry skin, where a model brings no gloss
 
@@ -37,9 +39,9 @@ class Face:
     landmarks (68,) vertex numbers in iBUG order (0 the subject's right jaw, 60-67 inner lips) ·
     pose_shapes (9 (J - 1), V, 3): offsets per element of R - 1 of every joint but the first
     (Li et al. 2017, FLAME, equation 3) · regressor (J, V): joint centres from vertices ·
-    gloss (V,) from 0 dull to 1 wet; of fewer numbers, the vertices beyond are as dry skin.
+    gloss (V,) from 0 dull to 1 wet; without it, all is as dry skin.
 
-    Raises ValueError where shapes, names or numbers do not fit each other.
+    Raises Unfit where shapes, names or numbers do not fit each other.
     """
 
     neutral: np.ndarray
@@ -59,61 +61,49 @@ class Face:
     _centre_shapes: np.ndarray | None = field(init=False, repr=False, default=None)
 
     def __post_init__(self):
-        def put(name, dtype, *shape):
-            with np.errstate(over="ignore"):  # what float32 cannot hold is refused below
-                value = np.ascontiguousarray(getattr(self, name), dtype)
-            if value.shape != shape:
-                raise ValueError(f"{name} has shape {value.shape}, expected {shape}")
-            if not np.isfinite(value).all():
-                raise ValueError(f"{name} holds numbers that are not finite")
+        def put(name, value):
             object.__setattr__(self, name, value)
 
+        def fit(name, *shape):
+            put(name, fitted(name, getattr(self, name), np.float32, shape))
+
         for name in ("shape_names", "identity_names", "joints"):
-            object.__setattr__(self, name, tuple(getattr(self, name)))
+            put(name, tuple(getattr(self, name)))
         _refuse_twice("shape", self.shape_names)
         _refuse_twice("identity", self.identity_names)
         _refuse_twice("joint", self.joint_names)
-        V, S, J, n_identities = (
-            len(self.neutral),
-            len(self.shape_names),
-            len(self.joints),
-            len(self.identity_names),
-        )
-        put("neutral", np.float32, V, 3)
-        put("triangles", np.int32, len(self.triangles), 3)
-        put("shapes", np.float32, S, V, 3)
-        put("skin", np.float32, V, J)
-        if self.colours is None:
-            object.__setattr__(self, "colours", np.tile(np.uint8(SKIN), (V, 1)))
-        put("colours", np.uint8, V, 3)
-        given = np.zeros(0) if self.gloss is None else np.asarray(self.gloss)
-        dry = np.full(max(0, V - len(given)), SKIN_GLOSS)
-        object.__setattr__(self, "gloss", np.concatenate([given, dry]))
-        put("gloss", np.float32, V)
-        if self.identities is None and not n_identities:
-            object.__setattr__(self, "identities", np.zeros((0, V, 3), np.float32))
-        put("identities", np.float32, n_identities, V, 3)
-        if self.correctives is not None:
-            put("correctives", np.float32, n_identities, S, V, 3)
-        if self.landmarks is not None:
-            put("landmarks", np.int64, 68)
-        if self.pose_shapes is not None:
-            put("pose_shapes", np.float32, 9 * (J - 1), V, 3)
-        if self.regressor is not None:
-            put("regressor", np.float32, J, V)
-            centres = np.einsum("jv,svx->sjx", self.regressor, self.shapes)  # (S, J, 3)
-            object.__setattr__(self, "_centre_shapes", centres)
-        for name in ("triangles", "landmarks"):
-            numbers = getattr(self, name)
-            if numbers is not None and numbers.size and not 0 <= numbers.min() <= numbers.max() < V:
-                raise ValueError(f"{name} name vertices outside 0-{V - 1}")
+        S, J, n_identities = len(self.shape_names), len(self.joints), len(self.identity_names)
+        fit("neutral", None, 3)
+        V = len(self.neutral)
+        if not V:
+            raise Unfit("array neutral", "no vertices", "some")
+        put("triangles", vertex_numbers("triangles", self.triangles, np.int32, (None, 3), V))
+        fit("shapes", S, V, 3)
+        fit("skin", V, J)
         if not np.allclose(self.skin.sum(1), 1, atol=1e-3):
-            raise ValueError("skin has weights that do not sum to 1")
-        for number, joint in enumerate(self.joints):
-            if joint.parent is not None and not 0 <= joint.parent < number:
-                raise ValueError(f"joint {joint.name} stands before its parent {joint.parent}")
-            if np.shape(joint.centre) != (3,):
-                raise ValueError(f"joint {joint.name}: centre is not three numbers")
+            raise Unfit("array skin", "weights that do not sum to 1", "1 for every vertex")
+        colours = np.tile(np.uint8(SKIN), (V, 1)) if self.colours is None else self.colours
+        put("colours", fitted("colours", colours, np.uint8, (V, 3)))
+        if self.gloss is None:
+            put("gloss", np.full(V, SKIN_GLOSS))
+        fit("gloss", V)
+        if self.gloss.min() < 0 or self.gloss.max() > 1:
+            found = f"numbers from {self.gloss.min():g} to {self.gloss.max():g}"
+            raise Unfit("array gloss", found, "0 dull to 1 wet")
+        if self.identities is None and not n_identities:
+            put("identities", np.zeros((0, V, 3), np.float32))
+        fit("identities", n_identities, V, 3)
+        if self.correctives is not None:
+            fit("correctives", n_identities, S, V, 3)
+        if self.landmarks is not None:
+            put("landmarks", vertex_numbers("landmarks", self.landmarks, np.int64, (68,), V))
+        if self.pose_shapes is not None:
+            fit("pose_shapes", 9 * (J - 1), V, 3)
+        if self.regressor is not None:
+            fit("regressor", J, V)
+            centres = np.einsum("jv,svx->sjx", self.regressor, self.shapes)  # (S, J, 3)
+            put("_centre_shapes", centres)
+        put("joints", tuple(_placed(joint, number) for number, joint in enumerate(self.joints)))
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -137,7 +127,7 @@ class Face:
             held = self.skin.sum(0)[:, None]  # (J, 1)
             moves = (self.skin.T @ offset) / np.maximum(held, 1e-6)  # (J, 3)
         joints = [
-            replace(joint, centre=np.float32(joint.centre) + move)
+            replace(joint, centre=joint.centre + move)
             for joint, move in zip(self.joints, moves, strict=True)
         ]
         return replace(
@@ -227,7 +217,16 @@ class Face:
 def _refuse_twice(what: str, names: Sequence[str]) -> None:
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
-        raise ValueError(f"{what} names stand twice: {', '.join(twice)}")
+        raise Unfit(f"{what} names", f"{', '.join(twice)} twice", "every name once")
+
+
+def _placed(joint: Joint, number: int) -> Joint:
+    """The numbered joint with its centre as float32. Raises Unfit where its parent comes later."""
+    if joint.parent is not None and not 0 <= joint.parent < number:
+        found = f"parent {joint.parent} of joint {number}"
+        raise Unfit(f"joint {joint.name}", found, "a joint before it")
+    centre = fitted(f"centre of joint {joint.name}", joint.centre, np.float32, (3,))
+    return replace(joint, centre=centre)
 
 
 def _refuse_unknown(what: str, names: Mapping, known: Sequence[str]) -> None:

@@ -1,6 +1,10 @@
 """A program run on a file that nobody vouches for: bounded in time, memory and what it writes."""
 
+import ctypes
+import errno
+import os
 import resource
+import signal
 import subprocess
 import sys
 import tempfile
@@ -11,7 +15,12 @@ from typing import BinaryIO
 
 from mimeline.media.limits import Limits, Refused
 
+MEMORY_MB = 5000  # an 8K film of ten bits, decoded and encoded, takes 3900
 TOLD_BYTES = 8_000  # of what a program complains; the rest repeats it
+FULL = "No space left on device"
+DIES_WITH_PARENT = 1  # PR_SET_PDEATHSIG of prctl(2)
+# Loaded here and not in the child, where after the fork hardly anything may be called.
+LIBC = ctypes.CDLL(None) if sys.platform == "linux" else None
 
 
 @dataclass(frozen=True)
@@ -28,19 +37,25 @@ def run_confined(
     source: Path,
     limits: Limits,
     *,
-    memory_bytes: int,
+    file_bytes: int,
     stdin: BinaryIO | int = subprocess.DEVNULL,
 ) -> Outcome:
-    """Run a program on source; it ends with us or at limits.timeout_s, whichever is first.
+    """Run a program on source; it ends at limits.timeout_s, or with us.
 
-    memory_bytes: address space that it may use; none of its files outgrows limits.max_bytes.
-    It stays in our process group, so that an interrupt reaches both.
-    Raises Refused (timed_out).
+    file_bytes: no file that it writes outgrows this. Its address space is at most MEMORY_MB.
+    It stays in our process group, so that an interrupt reaches both. Where we are killed it is
+    killed too, on Linux; elsewhere it lives on until it is done or its time is over.
+    Raises Refused (timed_out), OSError if the disk is full.
     """
+    parent = os.getpid()
 
     def confine() -> None:
-        _lower(resource.RLIMIT_AS, memory_bytes)
-        _lower(resource.RLIMIT_FSIZE, limits.max_bytes)
+        if LIBC is not None:
+            LIBC.prctl(DIES_WITH_PARENT, signal.SIGKILL)
+            if os.getppid() != parent:  # we were killed before it was said
+                os._exit(1)
+        _lower(resource.RLIMIT_AS, MEMORY_MB * 1_000_000)
+        _lower(resource.RLIMIT_FSIZE, file_bytes)
         _lower(resource.RLIMIT_CORE, 0)
         _lower(resource.RLIMIT_CPU, int(2 * limits.timeout_s) + 1)  # should we be killed before it
 
@@ -63,11 +78,14 @@ def run_confined(
                 unit="s",
                 found=f"more than {limits.timeout_s:g} s of work",
                 expected="to be done within that time",
-                remedy="Look whether the file plays; if it does, raise the time limit.",
+                remedy="Look whether the file plays; if it does, raise fetch.timeout_s.",
             ) from None
         said.seek(0)
         complaints.seek(max(0, complaints.seek(0, 2) - TOLD_BYTES))
-        return Outcome(done.returncode, said.read(), complaints.read().decode("utf-8", "replace"))
+        complaint = complaints.read().decode("utf-8", "replace")
+        if FULL in complaint:
+            raise OSError(errno.ENOSPC, FULL)
+        return Outcome(done.returncode, said.read(), complaint)
 
 
 def _lower(kind: int, limit: int) -> None:

@@ -1,10 +1,12 @@
 """A piece of a video at a constant rate, frame by frame known where each comes from."""
 
+import tempfile
 from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 
+from mimeline.atomic import whole
 from mimeline.errors import BadFile
 from mimeline.media import ffmpeg
 from mimeline.media.box import Box
@@ -37,15 +39,14 @@ def cut(
     the picture, shrunk to what lies inside it; None: all. side_px: edge of a square that the part
     is scaled to fit, the rest of it black; None: as large as it is. A key frame comes every second.
     Output frame i shows the source frame of `frames_shown`.
-    Returns (n_frames,) int64: the source frame that each shows, checked against what ffmpeg tells.
+    Returns (n_frames,) int64: the source frame that each shows, checked against what ffmpeg tells
+    (not for AVI with H.264 or HEVC, which tells no times).
     Raises Refused if the source ends more than a frame too early (too_few_frames) or the part is
     too small (too_small), BadFile if a frame cannot be decoded.
     """
     expected = frames_shown(probe, source, start_s, n_frames, fps)
     part = (box or Box.whole(probe.width, probe.height)).within(probe.width, probe.height)
     _check_size(source, probe, *part[2:])
-    target.parent.mkdir(parents=True, exist_ok=True)
-    report = ffmpeg.beside(target.with_suffix(".shown"))
     options = {
         "c:v": "libx264",
         "crf": QUALITY,
@@ -55,31 +56,28 @@ def cut(
         "b:a": SOUND_BITS,
         "f": "mp4",
         "movflags": "+faststart",
-        "stats_enc_pre:v": ffmpeg.name_of(report),
         "stats_enc_pre_fmt:v": "{ptsi} {tbi}",
     }
-    try:
+    with whole(target) as film, tempfile.NamedTemporaryFile() as report:
+        options["stats_enc_pre:v"] = ffmpeg.name_of(Path(report.name))
         # Where a file's index is poor, seeking lands too late: then it is read from its start.
         for seek_s in dict.fromkeys((_before(probe, expected[0]), None)):
             opened = _open(source, probe, seek_s, limits)
             streams = [_pictures(opened, probe, start_s, n_frames, fps, part, side_px)]
             if probe.has_sound:
                 streams.append(_sound(opened, probe, start_s, float(n_frames / fps)))
-            ffmpeg.write(streams, source, target, limits, **options)
-            shown = _reported(report, probe, expected)
+            ffmpeg.write(streams, source, film, limits, **options)
+            shown = _reported(Path(report.name).read_text(), probe, expected)
             if np.array_equal(probe.times[shown], probe.times[expected]):
                 return expected
-    finally:
-        report.unlink(missing_ok=True)
-    target.unlink()
-    lost = np.unique(expected[shown != expected]) if len(shown) == n_frames else expected[:0]
-    raise BadFile(
-        source,
-        place=f"frame {lost[0]}" if len(lost) else "",
-        found="a frame that cannot be decoded",
-        expected="every frame of the piece",
-        remedy="Take the video again, or leave the clip out.",
-    )
+        lost = np.unique(expected[shown != expected]) if len(shown) == n_frames else expected[:0]
+        raise BadFile(
+            source,
+            place=f"frame {lost[0]}" if len(lost) else "",
+            found="a frame that cannot be decoded",
+            expected="every frame of the piece",
+            remedy="Take the video again, or leave the clip out.",
+        )
 
 
 def cut_sound(
@@ -104,12 +102,12 @@ def cut_sound(
             expected="sound to cut",
             remedy="Leave the sound out.",
         )
-    target.parent.mkdir(parents=True, exist_ok=True)
     at = int(np.searchsorted(probe.times, probe.times[0] + start_s, side="right")) - 1
     opened = _open(source, probe, _before(probe, at), limits)
     sound = _sound(opened, probe, start_s, length_s)
     options = {"c:a": "pcm_s16le", "ar": rate, "ac": 1, "f": "wav"}
-    ffmpeg.write([sound], source, target, limits, **options)
+    with whole(target) as made:
+        ffmpeg.write([sound], source, made, limits, **options)
 
 
 def frames_shown(
@@ -207,13 +205,13 @@ def _sound(opened, probe: Probe, start_s: float, length_s: float):
     )
 
 
-def _reported(report: Path, probe: Probe, expected: np.ndarray) -> np.ndarray:
+def _reported(report: str, probe: Probe, expected: np.ndarray) -> np.ndarray:
     """The source frames that ffmpeg says it shows; what is expected where it cannot tell."""
-    lines = report.read_text().split() if report.exists() else []
-    ticks = np.array(lines[::2], dtype=np.int64)
+    words = report.split()
+    ticks = np.array(words[::2], dtype=np.int64)
     if len(ticks) != len(expected):
         return np.empty(0, np.int64)
-    tick = Fraction(lines[1])
+    tick = Fraction(words[1])
     seconds = ticks * (tick.numerator / tick.denominator)
     shown = np.searchsorted(probe.times, seconds - 1e-6)
     unknown = not probe.ordered or ticks == np.iinfo(np.int64).min

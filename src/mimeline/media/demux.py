@@ -6,12 +6,14 @@ Says a line of JSON, then the presentation time of every frame as a 64-bit integ
 import array
 import json
 import sys
+from collections.abc import Sequence
 
 import av
 import av.logging
 
 SOUND_ONLY, NO_VIDEO, NO_SIZE, NO_PICTURE = "sound", "nothing", "no size", "no picture"
 TOO_MANY_FRAMES = "frames"
+FAULTS_OF_A_FILE = (av.FFmpegError, MemoryError, UnicodeError, ArithmeticError)
 
 
 def main() -> None:
@@ -20,12 +22,12 @@ def main() -> None:
     try:
         with av.open(sys.stdin.buffer, options=options, metadata_errors="replace") as container:
             facts, times = read(container, max_pixels, max_frames)
-    except (av.FFmpegError, MemoryError) as error:
+    except FAULTS_OF_A_FILE as error:
         facts, times = {"error": complaint(error)}, []
     sys.stdout.buffer.write(json.dumps(facts).encode() + b"\n" + array.array("q", times).tobytes())
 
 
-def read(container, max_pixels: int, max_frames: int) -> tuple[dict, list[int]]:
+def read(container, max_pixels: int, max_frames: int) -> tuple[dict, Sequence[int]]:
     """What the container says of its video, and the times of its frames, in stored order."""
     pictures = [s for s in container.streams.video if not is_cover(s)]
     if not pictures:
@@ -50,7 +52,7 @@ def read(container, max_pixels: int, max_frames: int) -> tuple[dict, list[int]]:
     }
     if codec.width * codec.height > max_pixels:
         return facts, []
-    times, first, since, whole = [], None, None, 0
+    times, first, since, whole = array.array("q"), None, None, 0
     for packet in container.demux(stream):
         if first is None and (first := first_picture(packet)) is not None:
             shape = stream.sample_aspect_ratio or codec.sample_aspect_ratio or 1
@@ -84,6 +86,8 @@ def complaint(error: Exception) -> str:
     """What libav says, the log's last line where it tells more than the error."""
     if isinstance(error, MemoryError):
         return "memory"
+    if not isinstance(error, av.FFmpegError):
+        return f"{type(error).__name__}: {error}"
     return (error.log[2] if error.log else error.strerror).strip()
 
 

@@ -1,7 +1,5 @@
 """The one place that starts ffmpeg: never through a shell, never on a format we did not name."""
 
-import errno
-import os
 import signal
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,9 +9,8 @@ import imageio_ffmpeg
 
 from mimeline.errors import BadFile
 from mimeline.media.confined import Outcome, run_confined
-from mimeline.media.limits import Limits
+from mimeline.media.limits import Limits, Refused
 
-MEMORY_BYTES = 8 << 30  # an 8K picture, its references and the encoder's look-ahead
 CONTAINERS = ("mov", "matroska", "avi", "mpegts")  # none of them points to other files
 DECODERS = (
     *("h264", "hevc", "libdav1d", "av1", "libvpx", "libvpx-vp9", "vp8", "vp9"),
@@ -51,34 +48,34 @@ def open_input(path: Path, limits: Limits, **options):
 def write(streams: Sequence, source: Path, target: Path, limits: Limits, **options) -> None:
     """Run ffmpeg on the streams of a graph that reads source, and write them to target.
 
-    options: ffmpeg's, for the output. The same input gives the same bytes. What stood at target
-    stays until the new file is whole.
-    Raises BadFile with ffmpeg's last word, Refused if it takes too long.
+    options: ffmpeg's, for the output. The same input gives the same bytes. A part of target may be
+    left where it fails.
+    Raises BadFile with ffmpeg's last word; Refused if it takes too long (timed_out) or the new
+    file grows too large (too_many_bytes); OSError if the disk is full.
     """
-    temporary = beside(target)
-    graph = ffmpeg.output(*streams, name_of(temporary), **BITEXACT, threads=1, **options)
+    graph = ffmpeg.output(*streams, name_of(target), **BITEXACT, threads=1, **options)
     graph = graph.global_args("-nostdin", "-hide_banner", "-loglevel", "error")
     graph = graph.global_args("-filter_threads", "1")
     command = graph.compile(cmd=imageio_ffmpeg.get_ffmpeg_exe(), overwrite_output=True)
-    try:
-        outcome = run_confined(command, source, limits, memory_bytes=MEMORY_BYTES)
-        if "No space left on device" in outcome.complaint:
-            raise OSError(errno.ENOSPC, "No space left on device", str(temporary))
-        if outcome.code:
-            raise BadFile(
-                source,
-                found=f"a video that ffmpeg stops at ({_last_word(outcome)})",
-                expected="a video that can be decoded",
-                remedy="Look whether the file plays; take it again.",
-            )
-        temporary.replace(target)
-    finally:
-        temporary.unlink(missing_ok=True)
-
-
-def beside(target: Path) -> Path:
-    """Where a file is written until it is whole: no other process writes there."""
-    return target.with_name(f"{target.name}.{os.getpid()}.tmp")
+    outcome = run_confined(command, source, limits, file_bytes=limits.max_bytes)
+    if outcome.code == -signal.SIGXFSZ:
+        raise Refused(
+            source,
+            rule="too_many_bytes",
+            value=limits.max_mb,
+            limit=limits.max_mb,
+            unit="MB",
+            found=f"more than {limits.max_mb:g} MB to write",
+            expected="at most that",
+            remedy="Shorten the clip, or raise fetch.max_mb.",
+        )
+    if outcome.code:
+        raise BadFile(
+            source,
+            found=f"a video that ffmpeg stops at ({_last_word(outcome)})",
+            expected="a video that can be decoded",
+            remedy="Look whether the file plays; take it again.",
+        )
 
 
 def name_of(path: Path) -> str:

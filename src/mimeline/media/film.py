@@ -9,7 +9,7 @@ import av
 import numpy as np
 from av.codec.context import Flags
 
-from mimeline.media.ffmpeg import beside
+from mimeline.atomic import whole
 
 TICKS_PER_S = 90_000  # of a film with times of its own
 # A smaller constant rate factor is finer. Of small pictures, x264's macroblock tree depends on
@@ -33,7 +33,6 @@ def write_film(
     of variable rate.
     Raises ValueError for no picture, a size that is odd or changes, or times that do not fit.
     """
-    path = Path(path)
     fps = Fraction(fps)
     pictures = iter(pictures)
     first = next(pictures, None)
@@ -43,24 +42,21 @@ def write_film(
         raise ValueError(f"pictures of even size are needed, not {first.shape[:2]}")
     if times is not None and not all(a < b for a, b in pairwise(times)):
         raise ValueError("times must rise")
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = beside(path)
     options = {"movflags": "+faststart", "fflags": "+bitexact"}
-    try:
-        with av.open(f"file:{temporary.absolute()}", "w", format="mp4", options=options) as film:
-            streams = [_video_stream(film, first, fps, times)]
-            frames = _frames(chain([first], pictures), streams[0].time_base, fps, times)
-            if sound is not None:
-                streams.append(_sound_stream(film, sound_rate))
-                frames = _with_sound(frames, np.asarray(sound, np.float32), sound_rate)
-            for frame in frames:
-                stream = streams[isinstance(frame, av.AudioFrame)]
-                film.mux(stream.encode(frame))
-            for stream in streams:
-                film.mux(stream.encode(None))
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with (
+        whole(path) as temporary,
+        av.open(f"file:{temporary.absolute()}", "w", format="mp4", options=options) as film,
+    ):
+        streams = [_video_stream(film, first, fps, times)]
+        frames = _frames(chain([first], pictures), streams[0].time_base, fps, times)
+        if sound is not None:
+            streams.append(_sound_stream(film, sound_rate))
+            frames = _with_sound(frames, np.asarray(sound, np.float32), sound_rate)
+        for frame in frames:
+            stream = streams[isinstance(frame, av.AudioFrame)]
+            film.mux(stream.encode(frame))
+        for stream in streams:
+            film.mux(stream.encode(None))
 
 
 def _video_stream(film, first: np.ndarray, fps: Fraction, times: Sequence[float] | None):

@@ -1,6 +1,6 @@
 """Frames of a film by their number."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 import av
@@ -9,41 +9,33 @@ import numpy as np
 from mimeline.errors import BadFile, unreadable
 
 EXPECTED = "a film of constant rate, as cut and write_film make them"
+REMEDY = "Make the film again."
 REORDERED = 4  # frames between the order stored, which is sought in, and the order shown
 
 
-def read_frames(path: Path, numbers: Sequence[int]) -> np.ndarray:
-    """The frames with these numbers, in this order, each as often as it is named.
+def read_frames(path: Path, numbers: Iterable[int]) -> Iterator[tuple[int, np.ndarray]]:
+    """The frames with these numbers, one at a time as (number, picture): each once, in order.
 
     path: a film of constant rate that this package wrote; for any other, `cut` makes one.
-    Returns (len(numbers), H, W, 3) uint8 RGB.
-    Raises BadFile if the film cannot be read or ends before one of the numbers.
+    A picture is (H, W, 3) uint8 RGB.
+    Raises, on the way, BadFile if the film cannot be read or ends before one of the numbers.
     """
     wanted = sorted(set(numbers))
     if wanted and wanted[0] < 0:
         raise ValueError(f"frame {wanted[0]}: frames are numbered from 0")
     try:
         with av.open(f"file:{Path(path).absolute()}") as film:
-            found, size = _pick(film, wanted)
-    except (av.FFmpegError, OSError, IndexError) as error:
-        remedy = "Make the film again."
-        raise unreadable(path, error, expected=EXPECTED, remedy=remedy) from error
-    if missing := [number for number in wanted if number not in found]:
-        raise BadFile(
-            path,
-            found=f"no frame {missing[0]}",
-            expected="a film that reaches it",
-            remedy="Make the film again.",
-        )
-    if not wanted:
-        return np.empty((0, *size, 3), np.uint8)
-    return np.stack([found[number] for number in numbers])
+            if not film.streams.video or not film.streams.video[0].average_rate:
+                raise BadFile(path, found="no film", expected=EXPECTED, remedy=REMEDY)
+            yield from _pick(path, film, wanted)
+    except (av.FFmpegError, OSError) as error:
+        raise unreadable(path, error, expected=EXPECTED, remedy=REMEDY) from error
 
 
-def _pick(film, wanted: Sequence[int]) -> tuple[dict[int, np.ndarray], tuple[int, int]]:
-    """number → picture, and the film's height and width. Enters at key frames, reads on."""
+def _pick(path: Path, film, wanted: Sequence[int]) -> Iterator[tuple[int, np.ndarray]]:
+    """Enters at key frames, reads on from there."""
     video = film.streams.video[0]
-    rate, found = video.average_rate, {}
+    rate = video.average_rate
     decoded, reached = film.decode(video), -1
     for number in wanted:
         if number - reached > rate:  # our key frames are about a second apart
@@ -51,11 +43,10 @@ def _pick(film, wanted: Sequence[int]) -> tuple[dict[int, np.ndarray], tuple[int
             film.seek(int(enter / rate / video.time_base), stream=video)
             decoded = film.decode(video)
         for frame in decoded:
-            reached = round(frame.pts * frame.time_base * rate)
-            if reached == number:
-                found[number] = frame.to_ndarray(format="rgb24")
+            reached = round((frame.pts or 0) * frame.time_base * rate)
             if reached >= number:
                 break
-        else:
-            break
-    return found, (video.height, video.width)
+        if reached != number:
+            expected = "a film that reaches it"
+            raise BadFile(path, found=f"no frame {number}", expected=expected, remedy=REMEDY)
+        yield number, frame.to_ndarray(format="rgb24")

@@ -9,7 +9,8 @@ from mimeline.errors import BadFile
 @dataclass(frozen=True)
 class Limits:
     """max_pixels: width × height of a picture. max_source_s: length of a video, seconds.
-    max_mb: size of a file, and of any file made from it. timeout_s: work on one file or cut."""
+    max_mb: size of a file, and of any file made from it. timeout_s: of each process that works on
+    one: a look into it, a cut of its pictures, a cut of its sound."""
 
     max_pixels: int = 33_177_600
     max_source_s: float = 14_400.0
@@ -29,16 +30,7 @@ class Refused(BadFile):
 
     def __init__(self, file, *, rule: str, value: float, limit: float, unit: str, **message: str):
         self.rule, self.value, self.limit, self.unit = rule, value, limit, unit
-        self.message = message
         super().__init__(file, **message)
-
-    def __reduce__(self):
-        facts = {"rule": self.rule, "value": self.value, "limit": self.limit, "unit": self.unit}
-        return _rebuild, (self.file, facts | self.message)
-
-
-def _rebuild(file: str, facts: dict) -> Refused:
-    return Refused(file, **facts)
 
 
 def check_bytes(path: Path, size: int, limits: Limits) -> None:
@@ -52,7 +44,7 @@ def check_bytes(path: Path, size: int, limits: Limits) -> None:
             unit="MB",
             found=f"{size / 1e6:.0f} MB",
             expected=f"at most {limits.max_mb:g} MB",
-            remedy="Shorten the video, or raise the limit.",
+            remedy="Shorten the video, or raise fetch.max_mb.",
         )
 
 
@@ -67,7 +59,7 @@ def check_video(path: Path, width: int, height: int, length_s: float, limits: Li
             unit="px",
             found=f"a picture of {width} x {height} pixels",
             expected=f"at most {limits.max_pixels} pixels in all",
-            remedy="Scale the video down, or raise the limit.",
+            remedy="Scale the video down, or raise fetch.max_pixels.",
         )
     if length_s > limits.max_source_s:
         raise Refused(
@@ -78,5 +70,5 @@ def check_video(path: Path, width: int, height: int, length_s: float, limits: Li
             unit="s",
             found=f"a video of {length_s:.0f} s",
             expected=f"at most {limits.max_source_s:g} s",
-            remedy="Shorten the video, or raise the limit.",
+            remedy="Shorten the video, or raise fetch.max_source_s.",
         )

@@ -5,14 +5,13 @@ from typing import Literal
 import cv2
 import numpy as np
 
-QUALITY = {  # of the lossy kinds
+QUALITY = {  # of the lossy kind
     "png": [],
-    "jpg": [cv2.IMWRITE_JPEG_QUALITY, 90],
     "webp": [cv2.IMWRITE_WEBP_QUALITY, 85],
 }
 
 
-def encode(picture: np.ndarray, kind: Literal["png", "jpg", "webp"]) -> bytes:
+def encode(picture: np.ndarray, kind: Literal["png", "webp"]) -> bytes:
     """picture: (H, W, 3) uint8 RGB. Returns the file's content. Raises ValueError otherwise."""
     if picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 3:
         raise ValueError(f"a picture is (H, W, 3) uint8, not {picture.shape} {picture.dtype}")

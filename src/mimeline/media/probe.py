@@ -1,11 +1,13 @@
 """What a video file holds, found out in a child process that cannot hang or harm this one."""
 
 import json
+import signal
 import stat
 import sys
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -16,8 +18,8 @@ from mimeline.media.ffmpeg import CONTAINERS, DECODERS, in_our_words
 from mimeline.media.limits import Limits, Refused, check_bytes, check_video
 from mimeline.media.signature import kind_of
 
-MEMORY_BYTES = 4 << 30
 FASTEST = 1000  # frames per second; a file with more of them is no video of a face
+TIME_BYTES, FACTS_BYTES = 8, 1 << 20  # of a frame's time; of all else that the child says
 EXPECTED = "a video: MP4, QuickTime, Matroska, WebM, AVI or MPEG-TS"
 
 
@@ -40,7 +42,6 @@ class Probe:
     times: np.ndarray
     frame_s: float
     sound_stream: int | None
-    rotation: int
     pixel_shape: float
     ordered: bool
 
@@ -68,21 +69,12 @@ def probe(path: Path, limits: Limits) -> Probe:
     """Look into a video file without trusting it.
 
     Raises NoSuchFile; Refused if it is larger or longer than the limits or takes too long; BadFile
-    if it is no video that can be read, saying what it is instead.
+    if it is no video that can be read, saying what it is instead; RuntimeError if the child fails
+    for another reason than the file.
     """
     path = Path(path)
-    try:
-        status = path.stat()
-        if not stat.S_ISREG(status.st_mode):
-            raise _bad(path, "no regular file")
-        check_bytes(path, status.st_size, limits)
-        with path.open("rb", buffering=0) as file:  # the child reads on from where we stand
-            if kind := kind_of(file.read(512)):
-                raise _bad(path, kind)
-            file.seek(0)
-            facts, ticks = _demux(path, file, limits)
-    except OSError as error:
-        raise unreadable(path, error, expected=EXPECTED, remedy="Check the path.") from error
+    with _opened(path, limits) as file:
+        facts, ticks = _demux(path, file, limits)
     tick = Fraction(*facts["time_base"])
     times = np.sort(ticks).astype(np.float64) * tick.numerator / tick.denominator
     width, height = _shown(facts)
@@ -108,13 +100,30 @@ def probe(path: Path, limits: Limits) -> Probe:
         times=times,
         frame_s=typical_s,
         sound_stream=facts["sound"][0][0] if facts["sound"] else None,
-        rotation=facts["rotation"],
         pixel_shape=facts["pixel_shape"],
         ordered=ordered,
     )
 
 
-def _demux(path: Path, file, limits: Limits) -> tuple[dict, np.ndarray]:
+def _opened(path: Path, limits: Limits) -> BinaryIO:
+    """The file at its start, without a buffer: a child reads on from where we stand."""
+    try:
+        status = path.stat()
+        if not stat.S_ISREG(status.st_mode):
+            raise _bad(path, "no regular file")
+        check_bytes(path, status.st_size, limits)
+        file = path.open("rb", buffering=0)
+        head = file.read(512)
+        file.seek(0)
+    except OSError as error:
+        raise unreadable(path, error, expected=EXPECTED, remedy="Check the path.") from error
+    if kind := kind_of(head):
+        file.close()
+        raise _bad(path, kind)
+    return file
+
+
+def _demux(path: Path, file: BinaryIO, limits: Limits) -> tuple[dict, np.ndarray]:
     """The child's facts and the frames' times in ticks, in stored order."""
     options = {
         "format_whitelist": ",".join(CONTAINERS),
@@ -124,15 +133,18 @@ def _demux(path: Path, file, limits: Limits) -> tuple[dict, np.ndarray]:
     most = int(limits.max_source_s * FASTEST)
     arguments = json.dumps([options, limits.max_pixels, most])
     outcome = run_confined(
-        [sys.executable, "-I", demux.__file__, arguments],
+        [sys.executable, "-P", demux.__file__, arguments],  # not its folder's modules, but ours
         path,
         limits,
-        memory_bytes=MEMORY_BYTES,
+        file_bytes=most * TIME_BYTES + FACTS_BYTES,
         stdin=file,
     )
+    if outcome.code < 0:
+        name = signal.Signals(-outcome.code).name
+        raise _bad(path, f"a video that the decoder breaks on ({name})")
+    if outcome.code:
+        raise RuntimeError(f"the child that looks into videos fails: {outcome.complaint}")
     head, _, tail = outcome.said.partition(b"\n")
-    if outcome.code or not head:
-        raise _bad(path, "a video that the decoder breaks on")
     facts = json.loads(head)
     if "error" in facts:
         found = in_our_words(facts["error"]) or f"a file that cannot be opened ({facts['error']})"

@@ -16,6 +16,7 @@ import numpy as np
 import pandas as pd
 
 from mimeline import tables
+from mimeline.errors import MimelineError
 from mimeline.media.frames import read_frames
 from mimeline.media.picture import encode
 from mimeline.reporting.filmstrip import Place
@@ -25,14 +26,14 @@ from mimeline.vocabulary import CHANNELS
 log = logging.getLogger(__name__)
 
 SIZE = 112  # pixels of a small picture's edge: twice what it is shown at
-MIDDLE = 0.76  # of a video's picture, which a face fills
+FREE = (43, 41, 38)  # beside a picture that is not square
 
 
 @dataclass(frozen=True)
 class Shot:
     """A frame of a clip that the page wants to show, size pixels wide and high.
 
-    region: a series region that is to be seen well, close where the frame is drawn; None: the head.
+    region: a series region, which is drawn close, filmed or not; None: the whole head.
     """
 
     clip_id: str
@@ -92,7 +93,7 @@ class Album:
     def develop(self) -> None:
         """Make every picture that was asked for, where that is possible."""
         for clip_id in self.media.keys() & self._shots.keys():
-            self._film(clip_id, sorted(self._shots[clip_id], key=lambda shot: shot.frame))
+            self._film(clip_id, self._shots[clip_id])
         open_shots = {
             shot for own in self._shots.values() for shot in own if shot not in self._pictures
         }
@@ -102,16 +103,22 @@ class Album:
         filmed = sum(picture.filmed for picture in self._pictures.values())
         log.info("%d frames of videos, %d drawn", filmed, len(self._pictures) - filmed)
 
-    def _film(self, clip_id: str, shots: list[Shot]) -> None:
+    def _film(self, clip_id: str, shots: Iterable[Shot]) -> None:
+        wanted: dict[int, list[Shot]] = defaultdict(list)
+        for shot in shots:
+            if shot.region is None:
+                wanted[shot.frame].append(shot)
+        filmed = {}
         try:
-            frames = read_frames(self.media[clip_id], [shot.frame for shot in shots])
-        except Exception as error:  # whatever is wrong with it, a page does not fall for a picture
+            for number, frame in read_frames(self.media[clip_id], wanted):
+                for shot in wanted[number]:
+                    picture = square(frame, shot.size)
+                    filmed[shot] = Picture(data_uri(picture), filmed=True)
+        except MimelineError as error:
             self.gone[clip_id] = str(error)
             log.warning("%s is drawn, its video cannot be shown: %s", clip_id, error)
-            return
-        for shot, frame in zip(shots, frames, strict=True):
-            picture = square(frame, shot.size, share=MIDDLE if shot.region else 1.0)
-            self._pictures[shot] = Picture(data_uri(picture), filmed=True)
+        else:
+            self._pictures |= filmed
 
     def _draw(self, path: str | Path, shots: set[Shot]) -> None:
         wanted = pd.DataFrame(
@@ -132,14 +139,15 @@ def data_uri(picture: np.ndarray) -> str:
     return "data:image/webp;base64," + base64.b64encode(encode(picture, "webp")).decode()
 
 
-def square(frame: np.ndarray, size: int, share: float = 1.0) -> np.ndarray:
-    """The middle of a wide picture, the upper part of a high one, size pixels wide and high.
-
-    share: of that square's edge, about its middle.
-    """
+def square(frame: np.ndarray, size: int) -> np.ndarray:
+    """The whole picture, size pixels wide and high; what its shape leaves free is dark."""
     height, width = frame.shape[:2]
-    edge = max(1, round(share * min(height, width)))
-    left, top = (width - edge) // 2, (min(height, width) - edge) // 2
-    part = frame[top : top + edge, left : left + edge]
-    way = cv2.INTER_AREA if edge > size else cv2.INTER_LINEAR
-    return cv2.resize(part, (size, size), interpolation=way)
+    scale = size / max(height, width)
+    high, wide = max(1, round(scale * height)), max(1, round(scale * width))
+    way = cv2.INTER_AREA if scale < 1 else cv2.INTER_LINEAR
+    fitted = np.full((size, size, 3), FREE, np.uint8)
+    top, left = (size - high) // 2, (size - wide) // 2
+    fitted[top : top + high, left : left + wide] = cv2.resize(
+        frame, (wide, high), interpolation=way
+    )
+    return fitted

@@ -24,7 +24,8 @@ MOST_POINTS = 120  # longer curves are thinned
 class Exemplar:
     """A small picture: one path per channel, whole and within the interval [x0, x1].
 
-    shots: the interval's first, middle and last frame; leader: a line from each to the curves.
+    shots: the interval's first, middle and last frame, filmed where there is a video, and drawn;
+    leader: a line from each to the curves.
     """
 
     clip_id: str
@@ -177,6 +178,7 @@ def _exemplar(
     length = row.end_frame - row.start_frame
     seconds = f"{length / fps:.2f} s" if fps else f"{length} frames"
     ticks = [x(s * fps) for s in second_ticks(start / fps, stop / fps, most=20)] if fps else []
+    views = (None, row.region) if row.clip_id in album.media else (row.region,)
     shown = [row.start_frame, (row.start_frame + row.end_frame - 1) // 2, row.end_frame - 1]
     return Exemplar(
         row.clip_id,
@@ -186,7 +188,7 @@ def _exemplar(
         max(0.0, x(row.start_frame - 0.5)),
         min(float(WIDTH), x(row.end_frame - 0.5)),
         [t for t in ticks if 0 <= t <= WIDTH],
-        [album.ask(row.clip_id, frame, region=row.region) for frame in shown],
+        [album.ask(row.clip_id, frame, region=view) for view in views for frame in shown],
         _leader([x(frame) for frame in shown]),
     )
 

@@ -10,6 +10,7 @@ import jinja2
 import pandas as pd
 
 from mimeline import __version__, tables
+from mimeline.atomic import whole
 from mimeline.reporting import gauge, words
 from mimeline.reporting.album import Album
 from mimeline.reporting.channels import channels
@@ -93,7 +94,7 @@ def report(
         for name, checkpoint, scores_of in zip(models, checkpoints, metrics, strict=True)
     ]
     asked = [pictures(path, motions, marked, kept, side, GENERATED, actor) for path in generated]
-    whole = kept[kept["clip_id"].isin(through)]
+    finished = kept[kept["clip_id"].isin(through)]
     owners = tables.read_all(tables.INTERVALS, intervals, ["clip_id"])["clip_id"]
     n_intervals = int(owners.isin(through).sum())
     environment = jinja2.Environment(
@@ -111,7 +112,7 @@ def report(
         date=datetime.date.today(),
         version=__version__,
         themes=themes(),
-        figures=figures(way, whole, n_intervals, scored, trained),
+        figures=figures(way, finished, n_intervals, scored, trained),
         lead=lead(way, parts, found, true is not None),
         missing=missing(way, measured, found, drawn, scored, trained, album),
         funnel=way,
@@ -132,14 +133,19 @@ def report(
         variant_words=VARIANT_WORDS,
         limits=annotate,
         side=side,
-        files=_files(labels, clips=clips, motion=motions, intervals=intervals, frames=frames),
+        files=_files(
+            labels,
+            decisions=ledgers[1:2],
+            films=[Path(path).with_name("media") for path in fetched],
+            clips=clips,
+            motion=motions,
+            intervals=intervals,
+            frames=frames,
+        ),
         track_names=words.TRACK_NAMES,
     )
-    page = Path(page)
-    page.parent.mkdir(parents=True, exist_ok=True)
-    temporary = page.with_name(page.name + ".tmp")
-    temporary.write_text(html, encoding="utf-8")
-    temporary.replace(page)
+    with whole(page) as temporary:
+        temporary.write_text(html, encoding="utf-8")
     log.info("%.1f MB, %d clips kept of %d", len(html) / 1e6, way.kept, way.entered)
 
 

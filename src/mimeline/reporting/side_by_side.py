@@ -101,7 +101,7 @@ def _faces(stand_in: StandIn, motion: pd.DataFrame, end: int) -> Iterator[np.nda
 def _stage(runs: Sequence[Sequence[tuple[str, int, int]]], end: int) -> np.ndarray:
     """What does not move: the words above the faces and the bars of the timeline."""
     stage = np.full((HEAD + FACE + FOOT, LEFT + TIME + NAME, 3), _rgb("--paper"), np.uint8)
-    for place, text in enumerate(("made", "real clip")):
+    for place, text in enumerate(("made", "real, drawn")):
         _write(stage, text, PAD + place * (FACE + GAP) + 1, HEAD - 7, _rgb("--soft"))
     for place, own in enumerate(runs):
         top = _top(place, len(runs))

@@ -14,6 +14,7 @@ RULES: dict[str, str] = {
     "too_small": "the face crop is too small",
     "excluded_action": "the catalogue lists an unwanted action",
     "no_video": "no video was found",
+    "resampled": "the video has another frame rate than its film",
     "too_few_frames": "the video has too few frames",
     "too_large": "the video’s picture is too large",
     "too_many_bytes": "the video file is too large",

@@ -1,6 +1,7 @@
 """The world in the real file formats, and the truth in a folder of its own."""
 
 import json
+import logging
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -8,12 +9,15 @@ import numpy as np
 import pandas as pd
 
 from mimeline import tables
+from mimeline.progress import told
 from mimeline.toy import faults, livelink, plan, video
 from mimeline.toy.appearance import appearance
 from mimeline.toy.faults import Fault
 from mimeline.toy.plan import Person, PlannedClip
 from mimeline.toy.world import World, render
 from mimeline.vocabulary import HEAD
+
+log = logging.getLogger(__name__)
 
 POSE_JITTER_DEG = 0.8  # the pose network's own
 FAULTLESS = Fault("", "", "kept")  # a clip that nothing is wrong with
@@ -101,10 +105,15 @@ def _videos(
     folder.mkdir(parents=True, exist_ok=True)
     clean = dict(iter(world.clean.groupby("clip_id")))
     numbers = {person.name: number for number, person in enumerate(crowd)}
-    for clip in world.clips:
-        fault = faulty.get(clip.clip_id, FAULTLESS)
-        if fault.ends_early or not (fault.needs_video or video.has_turn(clip.index, share)):
-            continue
+    faults_of = {clip.clip_id: faulty.get(clip.clip_id, FAULTLESS) for clip in world.clips}
+    filmed = [
+        clip
+        for clip in world.clips
+        if not (fault := faults_of[clip.clip_id]).ends_early
+        and (fault.needs_video or video.has_turn(clip.index, share))
+    ]
+    for clip in told(filmed, "videos", log):
+        fault = faults_of[clip.clip_id]
         path = folder / f"{clip.clip_id}.mp4"
         none = np.zeros(clip.n_frames, dtype=bool)
         video.shoot(

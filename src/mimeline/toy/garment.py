@@ -7,6 +7,7 @@ import numpy as np
 from mimeline.face.model import Face
 
 AROUND = 32  # vertices of a ring
+GLOSS = 0.0  # of wool
 NECK = 0.03  # metres above the neck's end that the collar reaches
 # Rings from the collar's top down: metres above the neck's end, and out from the neck's surface
 # sideways, to the back and to the front.
@@ -42,6 +43,7 @@ def dressed(face: Face, colour: tuple[int, int, int]) -> Face:
         shapes=np.concatenate([face.shapes, still], axis=1),
         skin=np.concatenate([face.skin, held]),
         colours=np.concatenate([face.colours, np.tile(np.uint8(colour), (count, 1))]),
+        gloss=np.concatenate([face.gloss, np.full(count, GLOSS, np.float32)]),
         identities=None,
     )
 

@@ -17,27 +17,7 @@ from mimeline.face.load import load_face
 from mimeline.face.motion import perform
 from mimeline.face.rotations import turned
 
-V = 40
-
-
-def published(**change) -> dict:
-    rng = np.random.default_rng(0)
-    weights = np.zeros((V, 5))
-    weights[:20] = rng.dirichlet(np.ones(5), 20)
-    weights[20:30, 3] = weights[30:, 4] = 1  # the eyeballs
-    template = rng.normal(0, 0.1, (V, 3))
-    regressor = rng.dirichlet(np.ones(V), 5)
-    arrays = {
-        "v_template": template,
-        "shapedirs": rng.normal(0, 0.01, (V, 3, 400)),
-        "posedirs": rng.normal(0, 0.01, (V, 3, 36)),
-        "J_regressor": regressor,
-        "J": regressor @ template,
-        "weights": weights,
-        "kintree_table": np.array([[2**32 - 1, 0, 1, 1, 1], [0, 1, 2, 3, 4]], dtype=np.uint32),
-        "f": rng.integers(0, V, (30, 3)).astype(np.uint32),
-    }
-    return {name: value for name, value in (arrays | change).items() if value is not None}
+from .conftest import V, published
 
 
 class OldPickler(pickle._Pickler):
@@ -118,6 +98,17 @@ def test_a_pickle_of_today_is_read(tmp_path):
     assert load_face(tmp_path / "flame.pkl").joint_names == flame.JOINT_NAMES
 
 
+def test_flame_in_millimetres_is_the_same_face(tmp_path, face):
+    names = "v_template", "shapedirs", "posedirs", "J"
+    larger = {name: 1000 * value for name, value in published().items() if name in names}
+    np.savez(tmp_path / "large.npz", **published(**larger))
+    found = load_face(tmp_path / "large.npz")
+    for name in ("neutral", "shapes", "identities", "pose_shapes", "regressor", "skin"):
+        np.testing.assert_allclose(getattr(found, name), getattr(face, name), rtol=1e-5)
+    for joint, expected in zip(found.joints, face.joints, strict=True):
+        np.testing.assert_allclose(joint.centre, expected.centre, rtol=1e-5, atol=1e-7)
+
+
 def test_a_motion_table_turns_its_head_and_its_eyes(face):
     motion = pd.DataFrame({"head_yaw_left": [0.0, 0.3], "gaze_left": [0.0, 0.0], "jawOpen": [0, 1]})
     rest, yawed = perform(face, motion)
@@ -137,11 +128,16 @@ def test_the_eyeballs_show_a_gaze(face):
     ("change", "message"),
     [
         ({"posedirs": None}, "found no array posedirs"),
-        ({"weights": np.ones((V, 4))}, f"array weights: found shape ({V}, 4) of float64"),
+        ({"weights": np.ones((V, 4))}, f"array weights: found shape ({V}, 4), expected ({V}, 5)"),
         ({"shapedirs": np.zeros((V, 3, 300))}, "found 300 shapes"),
         ({"kintree_table": np.zeros((2, 5), np.int64)}, "joints with parents (0, 0, 0, 0)"),
         ({"weights": np.ones((V, 5))}, "do not sum to 1"),
-        ({"f": np.full((3, 3), V)}, "triangles name vertices outside"),
+        ({"f": np.full((3, 3), V)}, f"array f: found numbers from {V} to {V}"),
+        ({"f": np.full((3, 3), np.nan)}, "array f: found numbers that are not finite"),
+        ({"f": np.full((3, 3), 0.5)}, "array f: found fractions, expected whole numbers"),
+        ({"f": np.full((3, 3), 2**62)}, "array f: found numbers from 4.6"),
+        ({"J_regressor": np.full((5, V), np.nan)}, "array J_regressor: found numbers that are not"),
+        ({"v_template": np.ones((V, 3))}, "expected a head of 0.12-0.8 m"),
     ],
 )
 def test_what_is_not_flame_is_refused(tmp_path, change, message):

@@ -116,11 +116,56 @@ def test_its_folder_of_obj_files_is_the_same_face(tmp_path, arrays, face):
         np.testing.assert_allclose(getattr(found, name), getattr(face, name), atol=1e-6)
 
 
-def test_another_mesh_under_its_names_is_refused(tmp_path, arrays):
-    np.savez(tmp_path / "face.npz", **arrays | {"neutral": arrays["neutral"][:-1]})
-    with pytest.raises(BadFile, match=r"found vertices of shape \(26718, 3\)"):
-        load_face(tmp_path / "face.npz")
-    del arrays["quads"]
+def test_random_numbers_in_its_layout_are_read(tmp_path, like_ict):
+    np.savez(tmp_path / "face.npz", **like_ict)
+    face = load_face(tmp_path / "face.npz")
+    assert face.shape_names == ("jawOpen",) and face.identity_names == ("identity000",)
+    np.testing.assert_allclose(face.neutral, like_ict["neutral"] / 100, rtol=1e-5)
+    assert set(face.gloss[ict.BALLS["left_eye"]]) == {1.0} and face.gloss[0] < 1
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"quads": None}, "found no array quads"),
+        (
+            {"neutral": np.zeros((26718, 3))},
+            "array neutral: found shape (26718, 3), expected (26719",
+        ),
+        ({"neutral": np.zeros((ict.N_VERTICES, 3))}, "expected a head of 0.12-0.8 m"),
+        ({"quads": np.full((2, 4), ict.N_VERTICES)}, "array quads: found numbers from 26719"),
+        ({"quads": np.full((2, 4), -1)}, "array quads: found numbers from -1"),
+        ({"expr_names": np.array([b"jawOpen"])}, "array expr_names: found type |S7, expected text"),
+        ({"expr_names": np.array([1])}, "array expr_names: found type int64, expected text"),
+        ({"expr_names": np.array([["jawOpen"]])}, "array expr_names: found shape (1, 1)"),
+        (
+            {"expr_names": np.array(["jawOpen", "a"])},
+            "array expr_names: found shape (2,), expected",
+        ),
+        ({"expr_names": np.array(["mine"])}, "found shapes mine"),
+        ({"ident_names": np.array([7])}, "array ident_names: found type int64, expected text"),
+        (
+            {"ident_delta_face": np.zeros((1, 9, 3))},
+            "array ident_delta_face: found shape (1, 9, 3)",
+        ),
+    ],
+)
+def test_what_is_not_ict_is_refused(tmp_path, like_ict, change, message):
+    arrays = {name: value for name, value in (like_ict | change).items() if value is not None}
     np.savez(tmp_path / "face.npz", **arrays)
-    with pytest.raises(BadFile, match="found no array quads"):
+    with pytest.raises(BadFile) as caught:
         load_face(tmp_path / "face.npz")
+    assert message in str(caught.value)
+
+
+def test_it_is_read_in_centimetres_only(tmp_path, like_ict):
+    np.savez(tmp_path / "face.npz", **like_ict | {"neutral": like_ict["neutral"] / 100})
+    with pytest.raises(BadFile, match="expected a head in centimetres"):
+        load_face(tmp_path / "face.npz")
+
+
+@pytest.mark.parametrize("text", ["v 0 0 0\nv 0 30 0\nv 1 0 0\nf 1 2 3\n"])
+def test_a_folder_of_another_mesh_is_refused(tmp_path, text):
+    (tmp_path / ict.NEUTRAL).write_text(text)
+    with pytest.raises(BadFile, match="found 3 vertices, expected 26719"):
+        load_face(tmp_path)

@@ -25,7 +25,7 @@ def paint(colours: np.ndarray, neutral: np.ndarray, ball: np.ndarray, gaze: np.n
     """
     points = neutral[ball] - centre_of(neutral[ball])  # (n, 3)
     off = np.linalg.norm(np.cross(points, gaze), axis=1)  # (n,)
-    off /= np.linalg.norm(points, axis=1).max()
+    off /= max(np.linalg.norm(points, axis=1).max(), np.finfo(np.float32).tiny)  # a lone vertex
     off[points @ gaze < 0] = 1
     edges, shades = zip(*RINGS, strict=True)
     painted = [np.interp(off, edges, channel) for channel in zip(*shades, strict=True)]

@@ -12,9 +12,11 @@ from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
 from mimeline.errors import BadFile
+from mimeline.face.falloff import smoothstep
+from mimeline.face.fitting import fitted, names_of, vertex_numbers
 from mimeline.face.formats import eyes
-from mimeline.face.formats.obj import read_offsets, read_triangles, read_vertices, stacked
-from mimeline.face.formats.shapes import named
+from mimeline.face.formats.obj import IDENTITY, read_offsets, read_triangles, read_vertices, stacked
+from mimeline.face.formats.shapes import metres_per_unit, named
 from mimeline.face.model import SKIN_GLOSS, Face, Joint
 
 NEUTRAL = "generic_neutral_mesh.obj"
@@ -55,11 +57,14 @@ def from_folder(folder: Path) -> Face:
     Raises BadFile where a file is missing, broken, or not of this model.
     """
     neutral, _ = read_vertices(folder / NEUTRAL)
-    _refuse_other(folder / NEUTRAL, neutral)
+    if len(neutral) != N_VERTICES:
+        found, expected = f"{len(neutral)} vertices", str(N_VERTICES)
+        raise BadFile(folder / NEUTRAL, found=found, expected=expected, remedy=REMEDY)
+    _refuse_other_unit(folder / NEUTRAL, neutral)
     triangles = read_triangles(folder / NEUTRAL, len(neutral))
     offsets = read_offsets(folder, NEUTRAL, neutral)
-    people = [name for name in offsets if name.startswith("identity")]
-    names = [name for name in offsets if not name.startswith("identity")]
+    people = [name for name in offsets if name.startswith(IDENTITY)]
+    names = [name for name in offsets if not name.startswith(IDENTITY)]
     identities = stacked(offsets, people, neutral)
     shapes = stacked(offsets, names, neutral)
     return _assembled(folder, neutral, triangles, shapes, names, identities, people)
@@ -70,30 +75,31 @@ def from_arrays(path: Path, arrays: dict[str, np.ndarray]) -> Face:
 
     Arrays: neutral (V, 3), quads (Q, 4), expr_names, expr_delta (S, V, 3), ident_names,
     ident_delta_face (I, 9409, 3): identities of the face alone; the rest of the head follows it.
-    Raises BadFile where an array is missing or not of this model.
+    Raises BadFile where an array is missing and for another size, Unfit where an array is not of
+    this model.
     """
     missing = [name for name in PACKED if name not in arrays]
     if missing:
         found, expected = f"no array {', '.join(missing)}", f"arrays {', '.join(PACKED)}"
         raise BadFile(path, found=found, expected=expected, remedy=REMEDY)
-    neutral, quads = arrays["neutral"], arrays["quads"]
-    _refuse_other(path, neutral)
-    face_offsets = arrays["ident_delta_face"]
-    if face_offsets.ndim != 3 or face_offsets.shape[1:] != (N_FACE, 3):
-        found, expected = f"shape {face_offsets.shape}", f"(identities, {N_FACE}, 3)"
-        place = "array ident_delta_face"
-        raise BadFile(path, place=place, found=found, expected=expected, remedy=REMEDY)
+    neutral = fitted("neutral", arrays["neutral"], np.float32, (N_VERTICES, 3))
+    _refuse_other_unit(path, neutral)
+    quads = vertex_numbers("quads", arrays["quads"], np.int32, (None, 4), N_VERTICES)
+    shapes = fitted("expr_delta", arrays["expr_delta"], np.float32, (None, N_VERTICES, 3))
+    names = names_of("expr_names", arrays["expr_names"], len(shapes))
+    offsets = fitted("ident_delta_face", arrays["ident_delta_face"], np.float32, (None, N_FACE, 3))
+    people = names_of("ident_names", arrays["ident_names"], len(offsets))
     triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
     triangles = np.concatenate([triangles, _left_out(triangles, neutral)])
-    names, people = arrays["expr_names"].tolist(), arrays["ident_names"].tolist()
-    identities = _following(neutral, face_offsets)
-    return _assembled(path, neutral, triangles, arrays["expr_delta"], names, identities, people)
+    identities = _following(neutral, offsets)
+    return _assembled(path, neutral, triangles, shapes, names, identities, people)
 
 
-def _refuse_other(path: Path, neutral: np.ndarray) -> None:
-    if neutral.shape != (N_VERTICES, 3):
-        found, expected = f"vertices of shape {neutral.shape}", f"({N_VERTICES}, 3)"
-        raise BadFile(path, found=found, expected=expected, remedy=REMEDY)
+def _refuse_other_unit(path: Path, neutral: np.ndarray) -> None:
+    """Raises BadFile where vertices (V, 3) are no head in centimetres."""
+    if metres_per_unit(path, neutral) != METRES:
+        found = f"a neutral face {np.ptp(neutral[:, 1]):.3g} high along y"
+        raise BadFile(path, found=found, expected="a head in centimetres", remedy=REMEDY)
 
 
 def _assembled(path, neutral, triangles, shapes, names, identities, people) -> Face:
@@ -123,8 +129,7 @@ def _assembled(path, neutral, triangles, shapes, names, identities, people) -> F
 def _joints(neutral: np.ndarray) -> tuple[list[Joint], np.ndarray]:
     """A still neck, a head that carries the eyes, and their weights (V, 4)."""
     along = neutral[:, 1] + NECK_LEAN * neutral[:, 2]  # (V,)
-    held = np.clip((along - NECK[0]) / (NECK[1] - NECK[0]), 0, 1)
-    held = held * held * (3 - 2 * held)
+    held = smoothstep(along, *NECK)
     skin = np.zeros((len(neutral), 4), np.float32)
     skin[:, 0], skin[:, 1] = 1 - held, held
     joints = [Joint("neck", None, neutral.min(0) * [0, 1, 0]), Joint("head", 0, HEAD_PIVOT)]
@@ -165,7 +170,8 @@ def _distance(points: np.ndarray, line: np.ndarray) -> np.ndarray:
     """Distance (n,) seen from the front of points (n, 3) to a line of straight pieces (m, 3)."""
     start, along = line[:-1, :2], np.diff(line[:, :2], axis=0)  # (m - 1, 2)
     away = points[:, None, :2] - start  # (n, m - 1, 2)
-    share = np.clip((away * along).sum(2) / (along**2).sum(1), 0, 1)[..., None]
+    length2 = np.maximum((along**2).sum(1), np.finfo(np.float32).tiny)  # a piece may be a point
+    share = np.clip((away * along).sum(2) / length2, 0, 1)[..., None]
     return np.linalg.norm(away - share * along, axis=2).min(1)
 
 
@@ -201,7 +207,7 @@ def _left_out(triangles: np.ndarray, neutral: np.ndarray) -> np.ndarray:
             if len(poles):
                 off = np.linalg.norm(neutral[poles] - neutral[a], axis=1)
                 lost.add((a, b, int(poles[off.argmin()])))
-    return np.array(sorted(lost)).reshape(-1, 3)
+    return np.array(sorted(lost), np.int32).reshape(-1, 3)
 
 
 def _following(neutral: np.ndarray, face_offsets: np.ndarray) -> np.ndarray:

@@ -25,7 +25,12 @@ def read_arrays(path: Path) -> dict[str, np.ndarray]:
             found = f"{len(members)} arrays of {n_bytes // 10**6} MB"
             raise BadFile(path, found=found, expected=expected, remedy=remedy)
         with np.load(path, allow_pickle=False) as arrays:
-            return {name: arrays[name] for name in arrays.files}
+            content = {name: arrays[name] for name in arrays.files}
+        strange = [name for name, value in content.items() if not isinstance(value, np.ndarray)]
+        if strange:
+            found = f"{strange[0]}, which is no array"
+            raise BadFile(path, found=found, expected=expected, remedy=remedy)
+        return content
     except BadFile:
         raise
     except Exception as error:  # a damaged archive raises whatever its bytes ask for

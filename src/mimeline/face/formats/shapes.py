@@ -9,7 +9,9 @@ from pathlib import Path
 
 import numpy as np
 
+from mimeline.atomic import whole
 from mimeline.errors import BadFile
+from mimeline.face.fitting import fitted, names_of
 from mimeline.face.model import Face, Joint
 from mimeline.face.motion import driver
 from mimeline.vocabulary import CHANNELS, canonical
@@ -24,7 +26,14 @@ OPTIONAL = (
     "landmarks",
     "pose_shapes",
     "regressor",
+    "gloss",
 )
+OFFSETS = {  # what stands before (V, 3) in their shapes
+    "shapes": (None,),
+    "identities": (None,),
+    "correctives": (None, None),
+    "pose_shapes": (None,),
+}
 HEAD_HEIGHTS = (0.12, 0.8)  # metres, from a bare face to a bust
 UNITS = (1.0, 0.1, 0.01, 0.001)  # metres
 
@@ -35,8 +44,8 @@ def from_arrays(path: Path, arrays: dict[str, np.ndarray]) -> Face:
     Required: neutral (V, 3), triangles (F, 3), shapes (S, V, 3) offsets, shape_names (S,).
     Optional: what `Face` holds; joints as joint_names, joint_parents (-1: none), joint_centres,
     skin, all or none of them.
-    Raises BadFile for a missing or unknown array, names that are no text and an unknown size,
-    and as `named` does.
+    Raises BadFile for a missing or unknown array and an unknown size, Unfit where an array is of
+    another type or shape, and as `named` does.
     """
     known = (*REQUIRED, *JOINTS, *OPTIONAL)
     missing = [name for name in REQUIRED if name not in arrays]
@@ -53,52 +62,36 @@ def from_arrays(path: Path, arrays: dict[str, np.ndarray]) -> Face:
             expected=f"{', '.join(REQUIRED)}, and perhaps {', '.join((*JOINTS, *OPTIONAL))}",
             remedy="Name the arrays as docs/face.md does: nothing is told by its position.",
         )
-    for name, array in arrays.items():
-        kinds, expected = ("U", "text") if name.endswith("_names") else ("iuf", "numbers")
-        if array.dtype.kind not in kinds:
-            raise BadFile(
-                path,
-                place=f"array {name}",
-                found=f"type {array.dtype}",
-                expected=expected,
-                remedy="Store names as a numpy array of str, all else as numbers.",
-            )
-    neutral = arrays["neutral"]
-    if neutral.ndim != 2 or neutral.shape[1] != 3 or not len(neutral):
-        raise BadFile(
-            path,
-            place="array neutral",
-            found=f"shape {neutral.shape}",
-            expected="(vertices, 3)",
-            remedy="Store a row of x, y, z per vertex.",
-        )
-    unit = metres_per_unit(path, neutral)
-    values = {name: arrays[name] for name in OPTIONAL if name in arrays}
-    values |= {name: arrays[name] for name in REQUIRED}
-    for name in ("neutral", "shapes", "identities", "correctives", "pose_shapes"):
-        if name in values:
-            values[name] = values[name] * unit
-    for name in ("shape_names", "identity_names"):
-        if name in values:
-            values[name] = values[name].tolist()
-    if has_joints:
-        rows = zip(*(arrays[name].tolist() for name in JOINTS[:2]), strict=True)
-        centres = arrays["joint_centres"] * unit
-        joints = [
-            Joint(name, None if parent < 0 else parent, np.float32(centre))
-            for (name, parent), centre in zip(rows, centres, strict=True)
-        ]
-        skin = arrays["skin"]
-    else:
-        joints, skin = head_only(values["neutral"])
-    return named(path, joints=joints, skin=skin, **values)
+    neutral = fitted("neutral", arrays["neutral"], np.float32, (None, 3))
+    unit, V = metres_per_unit(path, neutral), len(neutral)
+    values = {name: arrays[name] for name in ("triangles", *OPTIONAL) if name in arrays}
+    for name, shape in OFFSETS.items():
+        if name in arrays:
+            values[name] = fitted(name, arrays[name], np.float32, (*shape, V, 3)) * unit
+    for name, of in (("shape_names", "shapes"), ("identity_names", "identities")):
+        if name in arrays:
+            values[name] = names_of(name, arrays[name], len(values.get(of, ())))
+    neutral = neutral * unit
+    joints, skin = _joints(arrays, unit) if has_joints else head_only(neutral)
+    return named(path, neutral=neutral, joints=joints, skin=skin, **values)
+
+
+def _joints(arrays: dict[str, np.ndarray], unit: float) -> tuple[Sequence[Joint], np.ndarray]:
+    parents = fitted("joint_parents", arrays["joint_parents"], np.int64, (None,))
+    names = names_of("joint_names", arrays["joint_names"], len(parents))
+    centres = fitted("joint_centres", arrays["joint_centres"], np.float32, (len(parents), 3))
+    joints = [
+        Joint(name, None if parent == -1 else parent, centre)
+        for name, parent, centre in zip(names, parents.tolist(), centres * unit, strict=True)
+    ]
+    return joints, arrays["skin"]
 
 
 def named(path: Path, **values) -> Face:
     """A Face whose shapes bear the channels' own names; arguments are those of Face.
 
     Raises BadFile where no shape is a channel and where shapes named Left move the right,
-    ValueError as Face does.
+    Unfit as Face does.
     """
     names = [canonical(name) or name for name in values.pop("shape_names")]
     face = Face(shape_names=names, **values)
@@ -124,14 +117,8 @@ def to_npz(face: Face, path: Path) -> None:
     arrays["joint_names"] = np.array(face.joint_names, np.str_)
     arrays["joint_parents"] = np.int64(parents)
     arrays["joint_centres"] = np.float32([joint.centre for joint in face.joints]).reshape(-1, 3)
-    path = Path(path)
-    temporary = path.with_name(path.name + ".tmp")
-    try:
-        with open(temporary, "wb") as file:
-            np.savez_compressed(file, **arrays)
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    with whole(path) as temporary, open(temporary, "wb") as file:  # savez adds .npz to a name
+        np.savez_compressed(file, **arrays)
 
 
 def metres_per_unit(path: Path, neutral: np.ndarray) -> float:
@@ -139,7 +126,7 @@ def metres_per_unit(path: Path, neutral: np.ndarray) -> float:
 
     Raises BadFile where no unit makes it the height of a head.
     """
-    height = float(np.ptp(neutral[:, 1]))
+    height = float(np.ptp(np.float64(neutral[:, 1]))) if len(neutral) else 0.0
     for unit in UNITS:
         if HEAD_HEIGHTS[0] <= height * unit <= HEAD_HEIGHTS[1]:
             return unit
@@ -154,8 +141,8 @@ def metres_per_unit(path: Path, neutral: np.ndarray) -> float:
 def head_only(neutral: np.ndarray) -> tuple[Sequence[Joint], np.ndarray]:
     """A joint that turns the whole mesh, low in its middle, and its weights (V, 1)."""
     low, high = neutral.min(0), neutral.max(0)
-    centre = np.float32([(low[0] + high[0]) / 2, low[1] + (high[1] - low[1]) / 4, low[2]])
-    centre[2] = 0.7 * low[2] + 0.3 * high[2]
+    centre = 0.5 * (low + high)
+    centre[1:] = [0.75 * low[1] + 0.25 * high[1], 0.7 * low[2] + 0.3 * high[2]]
     return [Joint("head", None, centre)], np.ones((len(neutral), 1), np.float32)
 
 

@@ -1,0 +1,18 @@
+"""What stands in a clip's way, as a row of the ledger."""
+
+from mimeline.errors import MimelineError
+from mimeline.media.limits import Refused
+
+
+def failure(error: MimelineError) -> dict:
+    """The rule and facts that `Ledger.fail` takes: the error's own, else that it is unreadable."""
+    detail = printable(str(error))
+    if not isinstance(error, Refused):
+        return {"rule": "unreadable", "detail": detail}
+    numbers = {"value": error.value, "limit": error.limit, "unit": error.unit}
+    return {"rule": error.rule, "detail": detail} | numbers
+
+
+def printable(text: str) -> str:
+    """The text as any file may hold it: what is no Unicode is spelt out."""
+    return text.encode("utf-8", "backslashreplace").decode()
