@@ -13,7 +13,7 @@ import pandas as pd
 
 from mimeline.media.film import write_film
 from mimeline.reporting import words
-from mimeline.reporting.album import data_uri
+from mimeline.reporting.album import SIZE, data_uri, square
 from mimeline.reporting.stand_in import StandIn
 from mimeline.reporting.style import themes
 
@@ -26,7 +26,6 @@ LEFT = PAD + 2 * FACE + GAP + 24  # of the timeline
 LETTERS = cv2.FontFace("sans")
 SMALL, WEIGHT = 12, 400
 DARK = themes()["dark"]  # a film is dark on either page
-STRIP = 112  # edge of a picture that is kept for the strip
 
 
 @dataclass(frozen=True)
@@ -150,9 +149,7 @@ def _write(picture: np.ndarray, text: str, x: int, y: int, colour: tuple[int, in
 
 
 def _small(face: np.ndarray | None) -> str | None:
-    if face is None:
-        return None
-    return data_uri(cv2.resize(face, (STRIP, STRIP), interpolation=cv2.INTER_AREA))
+    return None if face is None else data_uri(square(face, SIZE))
 
 
 def _rgb(name: str) -> tuple[int, int, int]:
