@@ -20,14 +20,19 @@ from snakemake.settings.types import (
 
 CHECKOUT = Path(__file__).parents[2]
 TINY = "tests/workflow/tiny.yaml"
-PARTS = ("Snakefile", "workflow", "config", "profiles", "src", "resources")
+PARTS = ("Snakefile", "workflow", "config", "profiles")
+CODE = ("src", "resources")
 
 
 @dataclass
 class Workflow:
-    """A checkout: snakemake runs in it as a user would run it."""
+    """A checkout: snakemake runs in it as a user would run it.
+
+    source: the package's folder, whose compiled kernels are kept beside it.
+    """
 
     root: Path
+    source: Path
 
     def run(self, *arguments: str, config: tuple[str, ...] = (TINY,)):
         """Run snakemake with the config files given; returns the finished process."""
@@ -45,7 +50,7 @@ class Workflow:
         return command + (["--configfile", *(str(CHECKOUT / c) for c in config)] if config else [])
 
     def _place(self) -> dict:
-        return {"cwd": self.root, "env": os.environ | {"PYTHONPATH": str(self.root / "src")}}
+        return {"cwd": self.root, "env": os.environ | {"PYTHONPATH": str(self.source)}}
 
     def would_rerun(self, *config: str) -> set[str]:
         """The rules that a dry run names, with these config files after the tiny one."""
@@ -57,22 +62,22 @@ class Workflow:
         return rules - {"all"}
 
 
-def copy_checkout(root: Path) -> Workflow:
+def copy_checkout(root: Path, parts: tuple[str, ...]) -> Workflow:
     """Copy what the workflow needs; a change in the copy touches nothing else."""
     root.mkdir(exist_ok=True)
-    for name in PARTS:
+    for name in parts:
         source = CHECKOUT / name
         if source.is_dir():
             shutil.copytree(source, root / name, ignore=shutil.ignore_patterns("__pycache__"))
         else:
             shutil.copy2(source, root / name)
-    return Workflow(root)
+    return Workflow(root, (root if "src" in parts else CHECKOUT) / "src")
 
 
 @pytest.fixture(scope="session")
 def toy_run(tmp_path_factory) -> Workflow:
     """A checkout in which `snakemake all` has run on the tiny toy world."""
-    workflow = copy_checkout(tmp_path_factory.mktemp("checkout"))
+    workflow = copy_checkout(tmp_path_factory.mktemp("checkout"), PARTS + CODE)
     done = workflow.run()
     assert done.returncode == 0, done.stdout + done.stderr
     return workflow
@@ -80,8 +85,8 @@ def toy_run(tmp_path_factory) -> Workflow:
 
 @pytest.fixture
 def checkout(tmp_path) -> Workflow:
-    """A checkout in which nothing has run."""
-    return copy_checkout(tmp_path / "checkout")
+    """A checkout in which nothing has run; the code is that of this one."""
+    return copy_checkout(tmp_path / "checkout", PARTS)
 
 
 @pytest.fixture(scope="session")

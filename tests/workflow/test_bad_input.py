@@ -80,9 +80,9 @@ def test_a_label_file_that_fits_names_the_clusters(toy_run, tmp_path):
 
 def test_a_run_that_loses_every_clip_ends_with_a_report_that_says_so(checkout, tmp_path):
     config = tmp_path / "config.yaml"
-    config.write_text(
-        "toy: {people: 2, clips: 2, video_share: 0}\nselect: {min_s: 30, max_s: 60}\n"
-    )
+    few = {"people": 2, "clips": 2, "video_share": 0}
+    lost = {"toy": few, "select": {"min_s": 30, "max_s": 60}, "shards": 1}
+    config.write_text(yaml.safe_dump(lost))
     done = checkout.run(config=("tests/workflow/tiny.yaml", str(config)))
     assert done.returncode == 0, done.stdout + done.stderr
     page = (checkout.root / "results/report/index.html").read_text(encoding="utf-8")

@@ -7,6 +7,7 @@ from mimeline import tables
 SMALL = """
 train: {timeline: {width: 16, heads: 2, steps: 5, batch: 2}}
 evaluate: {timeline: {timelines: 1, sampler_steps: 2}}
+report: {clips: 1, exemplars: 1}
 """
 
 
