@@ -2,6 +2,8 @@ import numpy as np
 import pytest
 
 from mimeline.ticc import TICC
+from mimeline.ticc.frames import ArrayFrames
+from mimeline.ticc.windows import Reach, Windows, centred
 
 MEANS = np.array([[0.0, 0.0, 0.0], [1.5, -1.0, 0.0], [0.0, 0.0, 0.0]])
 MIXING = np.array(
@@ -29,6 +31,18 @@ def _plant(lengths, seed=0):
         X.append(MEANS[labels] + np.einsum("tij,tj->ti", MIXING[labels], noise))
         truth.append(labels)
     return np.concatenate(X), np.concatenate(truth)
+
+
+@pytest.fixture(scope="session")
+def windows_of():
+    return _windows
+
+
+def _windows(X, lengths, window: int, reach: Reach | None = None) -> Windows:
+    """The windows of X as it is, in float64."""
+    frames = ArrayFrames(np.asarray(X, dtype=float), np.asarray(lengths))
+    n = frames.n_channels
+    return Windows(frames, reach or centred(window), np.zeros(n), np.ones(n))
 
 
 LENGTHS = np.array([120, 200, 3, 150, 90, 1, 240, 160])

@@ -59,11 +59,66 @@ def test_what_lies_in_the_next_sequence_changes_no_estimate(plant):
     assert np.linalg.inv(joined.precisions_).max() > straddling / 2
 
 
+def test_literal_null_sequences_have_a_cluster_of_their_own(series, fitted):
+    X, lengths, truth = series
+    model = TICC(n_clusters=3, window=4, beta=5.0, boundary="paper", null_value=-9.0)
+    labels, margins = model.fit(X, lengths).decode(X, lengths)
+    assert len(model.means_) == 4
+    assert np.allclose(model.means_[3], -9.0, atol=0.2)
+    assert labels.shape == margins.shape == (len(X),) and np.isfinite(margins).all()
+    assert np.array_equal(labels, model.labels_)
+    assert np.mean(labels == 3) < 0.02  # few windows are more null than not
+    found = adjusted_rand_score(truth, labels)  # windows that straddle a border cost a cluster
+    assert 0.4 < found < adjusted_rand_score(truth, fitted.labels_)
+    alone = TICC(n_clusters=3, window=4, beta=5.0, boundary="paper").fit(X)
+    assert len(alone.means_) == 3  # no border, no null
+
+
+def test_null_sequences_are_those_of_a_series_written_out(series):
+    X, lengths, _ = series
+    null = np.full((100, 3), -9.0)
+    parts = [part for clip in split(X, lengths) for part in (clip, null)][:-1]
+    real = np.repeat(np.arange(len(parts)) % 2 == 0, [len(part) for part in parts])
+    paper = TICC(n_clusters=3, window=4, boundary="paper", null_value=-9.0, standardise=False)
+    start = (X[:, 0] > 1).astype(int)
+    paper.fit(X, lengths, start=start)
+    written = np.full(len(real), 3)
+    written[real] = start
+    joined = TICC(n_clusters=4, window=4, standardise=False)
+    joined.fit(np.concatenate(parts), start=written)
+    assert np.array_equal(paper.labels_, joined.labels_[real])
+    assert paper.objective_ == pytest.approx(joined.objective_, rel=1e-6)
+
+
+def test_trailing_windows_label_the_same_windows_half_a_window_later(plant):
+    X, _ = plant([800], seed=2)
+    start = np.repeat([0, 1, 2, 0], 200)
+    middle = TICC(n_clusters=3, window=5, max_iter=6).fit(X, start=start)
+    late = TICC(n_clusters=3, window=5, max_iter=6, alignment="trailing")
+    late.fit(X, start=np.roll(start, 2))
+    assert np.mean(late.labels_[4:] == middle.labels_[2:-2]) > 0.99
+
+
+def test_labels_to_start_from_are_kept_where_they_are_right(series, fitted):
+    X, lengths, _ = series
+    order = np.array([2, 0, 1])
+    again = TICC(n_clusters=3, window=4, beta=5.0).fit(X, lengths, order[fitted.labels_])
+    assert again.n_iter_ <= 2
+    assert np.mean(again.labels_ == order[fitted.labels_]) > 0.99
+    with pytest.raises(ValueError, match="start: found labels 0 to 5, expected 0 to 2"):
+        TICC(n_clusters=3).fit(X, lengths, fitted.labels_ + 3 * (fitted.labels_ == 2))
+
+
+def test_a_type_of_number_changes_no_label(series, fitted):
+    X, lengths, _ = series
+    assert np.array_equal(fitted.predict(X.astype(np.float32), lengths), fitted.labels_)
+
+
 def test_a_dearer_switch_gives_fewer_switches(series, fitted):
     X, lengths, _ = series
     before = np.count_nonzero(np.diff(fitted.labels_))
     held = TICC(n_clusters=3, window=4, beta=50.0)
-    for name in ("means_", "precisions_", "scale_"):
+    for name in ("means_", "precisions_", "center_", "scale_"):
         setattr(held, name, getattr(fitted, name))
     assert np.count_nonzero(np.diff(held.predict(X, lengths))) < before
 
@@ -130,8 +185,8 @@ def test_a_fingerprint_tells_models_apart(fitted, tmp_path):
 def test_a_model_of_another_format_is_refused(fitted, tmp_path):
     fitted.save(tmp_path)
     facts = tmp_path / "model.json"
-    facts.write_text(facts.read_text().replace('"format": 1', '"format": 99'))
-    with pytest.raises(ValueError, match=r"model\.json: found format 99, expected 1"):
+    facts.write_text(facts.read_text().replace('"format": 2', '"format": 99'))
+    with pytest.raises(ValueError, match=r"model\.json: found format 99, expected 2"):
         TICC.load(tmp_path)
 
 
@@ -153,6 +208,8 @@ def test_what_cannot_be_clustered_is_refused_with_its_place(plant):
         TICC(n_clusters=2).fit(X, [60, 30])
     with pytest.raises(ValueError, match="beta: found -1"):
         TICC(beta=-1).fit(X)
+    with pytest.raises(ValueError, match="boundary: found 'masked', expected one of"):
+        TICC(boundary="masked").fit(X)
     with pytest.raises(ValueError, match="not fitted"):
         TICC().predict(X)
 

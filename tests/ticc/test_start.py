@@ -3,12 +3,12 @@ import numpy as np
 from mimeline.ticc.start import excerpt, refill, surroundings
 
 
-def test_empty_clusters_are_given_the_runs_that_are_explained_worst():
-    lengths = np.array([30, 100])
+def test_empty_clusters_are_given_the_runs_that_are_explained_worst(windows_of):
+    windows = windows_of(np.zeros((130, 1)), [30, 100], 2)
     costs = np.ones(130)
     costs[22:38] = 9.0  # over a border
     costs[90:120] = 5.0
-    labels = refill(np.zeros(130, np.int64), costs, lengths, [2, 1], window=2)
+    labels = refill(np.zeros(130, np.int64), costs, windows, [2, 1])
     for k in (1, 2):
         run = np.flatnonzero(labels == k)
         assert len(run) == 20 and np.ptp(run) == 19
@@ -27,10 +27,11 @@ def test_surroundings_are_moments_cut_at_the_borders():
 
 def test_an_excerpt_takes_whole_pieces_of_single_sequences():
     lengths = np.array([50, 7, 120, 30])
-    index, pieces = excerpt(lengths, 80, 40, np.random.default_rng(1))
-    assert pieces.sum() == len(index) and 80 <= len(index) < 120
+    begins, pieces = excerpt(lengths, 80, 40, np.random.default_rng(1))
+    assert 80 <= pieces.sum() < 120 and pieces.max() <= 40
     sequence = np.repeat(np.arange(4), lengths)
-    for part in np.split(index, np.cumsum(pieces)[:-1]):
-        assert (np.diff(part) == 1).all() and len(set(sequence[part])) == 1
-    everything, sizes = excerpt(lengths, 1000, 1000, np.random.default_rng(1))
-    assert np.array_equal(everything, np.arange(207)) and np.array_equal(sizes, lengths)
+    parts = [np.arange(b, b + size) for b, size in zip(begins, pieces, strict=True)]
+    assert all(len(set(sequence[part])) == 1 for part in parts)
+    assert (np.diff(np.concatenate(parts)) > 0).all()
+    begins, sizes = excerpt(lengths, 1000, 1000, np.random.default_rng(1))
+    assert begins.tolist() == [0, 50, 57, 177] and np.array_equal(sizes, lengths)

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from sklearn.covariance import graphical_lasso
 
-from mimeline.ticc.toeplitz_lasso import project_toeplitz, toeplitz_lasso
+from mimeline.ticc.toeplitz import project_toeplitz
+from mimeline.ticc.toeplitz_lasso import toeplitz_lasso
 
 
 def covariances(n_clusters, size, seed=0):

@@ -54,7 +54,7 @@ def segment(
         return
     if dead:
         log.warning("%s: left out, since it never moves: %s", region, ", ".join(dead))
-    ticc = TICC(n_clusters, window, beta, sparsity, max_iter, seed)
+    ticc = TICC(n_clusters, window, beta, sparsity, max_iter=max_iter, seed=seed)
     ticc.fit(frames[channels].to_numpy("float64"), lengths)
     fitted = RegionModel(ticc, tuple(channels))
     fitted.save(model)

@@ -5,72 +5,106 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .likelihood import frame_costs
+from .likelihood import Costs, Gaussians
 from .start import refill
-from .statistics import cluster_statistics, cuts
-from .toeplitz_lasso import Lasso, toeplitz_lasso
-from .viterbi import best_path
+from .statistics import cluster_statistics
+from .toeplitz_lasso import toeplitz_lasso
+from .viterbi import Trellis
+from .windows import Windows
 
 log = logging.getLogger(__name__)
 
 CHANGED = 1e-4  # share of frames that may still change cluster at convergence
 REFILLS = 3  # times that a cluster which lost its frames is given new ones
 FULL_WINDOWS = 2  # fewer, and a cluster counts as having lost its frames
-
-
 RIDGE = 1e-6  # added to variances, so that sparsity = 0 and windows all alike stay bounded
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What a descent is asked for: K, the price of a switch, the l1 weight, the most iterations.
+
+    penalised: whether labels pay their share of the l1 penalty, as the estimates do; one objective
+    falls then, but for the windows that a border cuts, which labels see and estimates do not.
+    """
+
+    n_clusters: int
+    beta: float
+    sparsity: float
+    max_iter: int
+    penalised: bool
 
 
 @dataclass
 class Fit:
-    """The best that a descent came by.
+    """What a descent came to.
 
-    objective: nats, switches included · means (K, wn) · lasso: the precisions · labels (T,), the
-    cheapest under these · iterations · converged.
+    objective: nats, switches included · gaussians · labels (T,), the cheapest under these ·
+    iterations · converged.
     """
 
     objective: float
-    means: np.ndarray
-    lasso: Lasso
+    gaussians: Gaussians
     labels: np.ndarray
     iterations: int
     converged: bool
 
 
-def descend(X, lengths, labels, n_clusters, window, beta, sparsity, max_iter) -> Fit:
+def trellis(windows: Windows, gaussians: Gaussians, setting: Setting) -> Trellis:
+    """The cheapest labels of the windows' frames."""
+    costs = Costs(gaussians, windows.reach, setting.sparsity if setting.penalised else 0.0)
+
+    def of(begin, end):
+        return costs.of(windows, begin, end)
+
+    return Trellis(of, windows.blocks(), windows.opens, len(gaussians), setting.beta)
+
+
+def descend(windows: Windows, labels, setting: Setting) -> Fit:
     """Alternate from labels (T,) until they settle or max_iter is reached.
 
-    X (T, n), channels of unit variance · lengths (S,) · beta in nats. Labels and
-    estimates lower the same penalised objective, but the windows that a border cuts are in the one
-    and not in the other, so it may rise a little: the best iterate is returned, not the last
-    (Hallac et al. 2017, algorithm 3).
+    Source: Hallac et al. 2017, algorithm 3.
     """
-    full = ~cuts(lengths, window).any(axis=1)  # (T,)
-    means = np.zeros((n_clusters, window * X.shape[1]))
-    ridge = RIDGE * np.eye(means.shape[1])
-    refills = np.zeros(n_clusters, np.int64)
-    own = ((X - X.mean(axis=0)) ** 2).sum(axis=1)  # (T,) cost of a frame where it is
-    covariances = np.tile(np.eye(means.shape[1]), (n_clusters, 1, 1))  # (K, wn, wn)
-    lasso, best, converged = None, None, False
-    for iteration in range(1, max_iter + 1):
-        held = np.bincount(labels[full], minlength=n_clusters)
+    size = windows.reach.window * windows.frames.n_channels
+    means = np.zeros((setting.n_clusters, size))
+    covariances = np.tile(np.eye(size), (setting.n_clusters, 1, 1))  # (K, wn, wn)
+    ridge = RIDGE * np.eye(size)
+    refills = np.zeros(setting.n_clusters, dtype=np.int64)
+    lasso, fit = None, None
+    for iteration in range(1, setting.max_iter + 1):
+        held = np.bincount(labels, minlength=setting.n_clusters)
+        held -= np.bincount(labels[windows.cut], minlength=setting.n_clusters)
         empty = np.flatnonzero((held < FULL_WINDOWS) & (refills < REFILLS))
         if len(empty):
-            labels = refill(labels, own, lengths, empty, window)
+            labels = refill(labels, _own_costs(windows, labels, fit), windows, empty)
             refills[empty] += 1
-        counts, *found = cluster_statistics(X, labels, full, n_clusters, window)
+        counts, *found = cluster_statistics(windows, labels, setting.n_clusters)
         alive = counts > 0  # a cluster without frames stays what it was
         means[alive], covariances[alive] = found[0][alive], found[1][alive] + ridge
-        lasso = toeplitz_lasso(covariances, window, sparsity, lasso)
-        costs = frame_costs(X, lengths, means, lasso.precisions, sparsity)
-        old, (labels, objective) = labels, best_path(costs, lengths, float(beta))
-        own = costs[np.arange(len(X)), labels]
-        changed = int((labels != old).sum())
-        log.debug("iteration %d: objective %.6g, %d frames changed", iteration, objective, changed)
-        if best is None or objective < best.objective:
-            best = Fit(objective, means.copy(), lasso, labels, iteration, False)
-        if changed <= CHANGED * len(X):
-            converged = True
+        lasso = toeplitz_lasso(covariances, windows.reach.window, setting.sparsity, lasso)
+        gaussians = Gaussians(means.copy(), lasso.precisions)
+        path = trellis(windows, gaussians, setting)
+        changed = np.count_nonzero(path.labels != labels)
+        labels = path.labels
+        converged = bool(changed <= CHANGED * windows.n_frames)
+        fit = Fit(path.objective, gaussians, labels, iteration, converged)
+        log.debug(
+            "iteration %d: objective %.6g, %d frames changed", iteration, path.objective, changed
+        )
+        if converged:
             break
-    best.iterations, best.converged = iteration, converged
-    return best
+    return fit
+
+
+def _own_costs(windows: Windows, labels, fit: Fit | None) -> np.ndarray:
+    """(T,): what each frame costs in its cluster; before there are any, its distance from all."""
+    own = np.empty(windows.n_frames)
+    costs = Costs(fit.gaussians, windows.reach) if fit else None
+    for begin, end in windows.blocks():
+        if costs:
+            block = costs.of(windows, begin, end)
+            own[begin:end] = block[np.arange(end - begin), labels[begin:end]]
+        else:
+            whole = windows.values(begin, end)[:, windows.reach.before :]
+            own[begin:end] = (whole[:, : end - begin] ** 2).sum(axis=0)
+    return own

@@ -1,12 +1,88 @@
 """What a frame costs in a cluster: the negative log-likelihood of the window around it."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from numba import njit
 
-from .statistics import cuts, reach
+from .windows import Products, Reach, Windows, describe
 
 
-def marginals(precisions: np.ndarray, window: int) -> tuple[np.ndarray, np.ndarray]:
+@dataclass(frozen=True)
+class Gaussians:
+    """Clusters as Gaussians of windows. means (K, wn), precisions (K, wn, wn) block-Toeplitz."""
+
+    means: np.ndarray
+    precisions: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.means)
+
+
+class Costs:
+    """Costs of frames, nats: 1/2 (x - m)' P (x - m) - 1/2 log det P + wn/2 log 2 pi.
+
+    Source: Hallac et al. 2017, eq. 3. A window that a border cuts is scored by the exact marginal
+    of what it sees. penalty: adds penalty / 2 * sum |P_ij|, a window's share of what the estimates
+    pay for their precisions; labels and estimates then lower one objective.
+
+    For a block-Toeplitz P the square is a weighted sum of a window's products, as many as P holds
+    lags and pairs of channels that are not zero in all clusters, and of the window's own frames.
+    """
+
+    def __init__(self, gaussians: Gaussians, reach: Reach, penalty: float = 0.0):
+        means, precisions = gaussians.means, gaussians.precisions
+        n_clusters, size = means.shape
+        self.window = reach.window
+        self.means = means
+        n = size // self.window
+        self.partial, logdets = marginals(precisions, reach)
+        front, back = np.indices(logdets.shape[:2])
+        numbers = ((self.window - front - back) * n)[..., None]  # (before + 1, after + 1, 1)
+        penalties = penalty * np.abs(self.partial).sum(axis=(-2, -1))  # (.., .., K)
+        self.constants = 0.5 * (numbers * np.log(2 * np.pi) - logdets + penalties)
+
+        lags = np.swapaxes(precisions[:, :n].reshape(n_clusters, n, self.window, n), 1, 2)
+        self.products = Products.of((lags != 0).any(axis=0))
+        lag, first, second = self.products.lag, self.products.first, self.products.second
+        once = (lag == 0) & (first == second)  # any other product stands twice in the square
+        linear = np.einsum("kij,kj->ki", precisions, means)  # (K, wn)
+        least = self.constants[0, 0] + 0.5 * np.einsum("ki,ki->k", linear, means)  # (K,)
+        squares = np.where(once, 0.5, 1.0) * lags[:, lag, first, second]  # (K, F)
+        self.weights = np.concatenate([least[:, None], -linear, squares], axis=1).T  # (R, K)
+
+    def of(self, windows: Windows, begin: int, end: int) -> np.ndarray:
+        """(end - begin, K): the costs of frames begin to end in each cluster."""
+        values = windows.values(begin, end)
+        costs = describe(values, self.window, self.products).T @ self.weights
+        at, lacks = windows.cuts(begin, end)
+        if len(at):
+            _cut_costs(values, at, lacks, self.means, self.partial, self.constants, costs)
+        return costs
+
+
+@njit(cache=True)
+def _cut_costs(values, at, lacks, means, partial, constants, costs):
+    n = len(values)
+    n_clusters, size = means.shape
+    seen, deviation = np.empty(size), np.empty(size)
+    for t, (front, back) in zip(at, lacks):  # noqa: B905
+        low, high = front * n, size - back * n
+        for i in range(low, high):
+            seen[i] = values[i % n, t + i // n]
+        for k in range(n_clusters):
+            P = partial[front, back, k]
+            square = 0.0
+            for i in range(low, high):  # row by row of the lower triangle
+                deviation[i] = seen[i] - means[k, i]
+                product = 0.0
+                for j in range(low, i):
+                    product += P[i, j] * deviation[j]
+                square += (2 * product + P[i, i] * deviation[i]) * deviation[i]
+            costs[t, k] = 0.5 * square + constants[front, back, k]
+
+
+def marginals(precisions: np.ndarray, reach: Reach) -> tuple[np.ndarray, np.ndarray]:
     """Precisions and log-determinants of what is left of each cluster's window at a border.
 
     precisions (K, wn, wn). Returns (before + 1, after + 1, K, wn, wn), indexed by the frames that
@@ -15,11 +91,11 @@ def marginals(precisions: np.ndarray, window: int) -> tuple[np.ndarray, np.ndarr
     precisions that is a Schur complement, taken here a frame at a time.
     """
     n_clusters, size, _ = precisions.shape
-    n, (before, after) = size // window, reach(window)
-    partial = np.zeros((before + 1, after + 1, *precisions.shape))
-    logdets = np.empty((before + 1, after + 1, n_clusters))
-    for front in range(before + 1):
-        for back in range(after + 1):
+    n = size // reach.window
+    partial = np.zeros((reach.before + 1, reach.after + 1, *precisions.shape))
+    logdets = np.empty((reach.before + 1, reach.after + 1, n_clusters))
+    for front in range(reach.before + 1):
+        for back in range(reach.after + 1):
             kept = slice(front * n, size - back * n)
             if not front and not back:
                 partial[0, 0] = precisions
@@ -37,49 +113,3 @@ def _schur(P, kept, gone):
     inside = np.linalg.solve(P[:, gone, gone], P[:, gone, kept])  # (K, n, kept)
     rest = P[:, kept, kept] - P[:, kept, gone] @ inside  # (K, kept, kept)
     return (rest + np.swapaxes(rest, 1, 2)) / 2
-
-
-def frame_costs(X, lengths, means, precisions, sparsity=0.0, scale=1.0) -> np.ndarray:
-    """(T, K): the negative log-likelihood of each frame's window in each cluster, in nats.
-
-    X (T, n) float64 · lengths (S,) · means (K, wn) · precisions (K, wn, wn).
-    1/2 (x - m)' P (x - m) - 1/2 log det P + wn/2 log 2 pi (Hallac et al. 2017, eq. 3). A window
-    that would reach over a border is cut there and scored by the exact marginal.
-
-    sparsity: adds sparsity / 2 * sum |P_ij| in units of scale (n,), a frame's share of the penalty
-    that the estimates pay; labels and estimates then lower one objective.
-    """
-    n = X.shape[1]
-    window = means.shape[1] // n
-    partial, logdets = marginals(precisions, window)
-    front, back = np.indices(logdets.shape[:2])
-    numbers = (window - front - back)[..., None] * n  # (before + 1, after + 1, 1)
-    units = np.tile(np.broadcast_to(scale, n), window)  # (wn,)
-    penalties = sparsity * (units @ np.abs(partial) @ units)  # (before + 1, after + 1, K)
-    constants = 0.5 * (numbers * np.log(2 * np.pi) - logdets + penalties)
-    flat = np.ascontiguousarray(X, dtype=np.float64).ravel()
-    return _costs(flat, n, reach(window)[0], cuts(lengths, window), means, partial, constants)
-
-
-@njit(cache=True)
-def _costs(flat, n, before, lacking, means, partial, constants):
-    n_clusters, size = means.shape
-    costs = np.empty((len(lacking), n_clusters))
-    deviation, product = np.empty(size), np.empty(size)
-    for t in range(len(lacking)):
-        front, back = lacking[t]
-        begin = (t - before) * n  # where the window lies in the buffer
-        for k in range(n_clusters):
-            deviation[:] = 0.0
-            product[:] = 0.0
-            for i in range(front * n, size - back * n):
-                deviation[i] = flat[begin + i] - means[k, i]
-            P = partial[front, back, k]
-            for i in range(size):  # row by row, so that the inner loop runs on vectors
-                for j in range(size):
-                    product[j] += P[i, j] * deviation[i]
-            square = 0.0
-            for i in range(size):
-                square += product[i] * deviation[i]
-            costs[t, k] = 0.5 * square + constants[front, back, k]
-    return costs

@@ -6,6 +6,8 @@ import numpy as np
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.mixture import GaussianMixture
 
+from .windows import Windows
+
 SPANS = (0, 1, 4, 12)  # windows that a start looks around a frame; 0: the frame alone
 RIDGE = 1e-3  # added to a component's variances, in units of the channels' own
 EM_STEPS = 50  # a start need not be an optimum
@@ -60,8 +62,8 @@ def _mixture(features, n_clusters, rng):
         return mixture.fit_predict(features)
 
 
-def excerpt(lengths, frames: int, piece: int, rng: np.random.Generator):
-    """Indices (about `frames`,) of a random part of the sequences, and the lengths of its pieces.
+def excerpt(lengths, amount: int, piece: int, rng: np.random.Generator):
+    """Begins and lengths of pieces of the sequences, drawn at random: some `amount` frames in all.
 
     Sequences are cut into pieces of at most `piece` frames; the drawn ones stay in order.
     """
@@ -72,20 +74,19 @@ def excerpt(lengths, frames: int, piece: int, rng: np.random.Generator):
         sizes.append(np.minimum(begin + piece, end) - begin)
     begins, sizes = np.concatenate(begins), np.concatenate(sizes)
     order = rng.permutation(len(begins))
-    drawn = np.sort(order[np.cumsum(sizes[order]) - sizes[order] < frames])
-    index = np.concatenate([np.arange(begins[i], begins[i] + sizes[i]) for i in drawn])
-    return index, sizes[drawn]
+    drawn = np.sort(order[np.cumsum(sizes[order]) - sizes[order] < amount])
+    return begins[drawn], sizes[drawn]
 
 
-def refill(labels, costs, lengths, empty, window: int) -> np.ndarray:
+def refill(labels, costs, windows: Windows, empty) -> np.ndarray:
     """Labels in which each empty cluster is given the run of frames that is explained worst.
 
-    labels (T,) · costs (T,) of each frame in its own cluster · lengths (S,) · empty: clusters
-    without full windows. A run lies in one sequence, is max(20, 4 w) frames or as long as the
-    longest sequence, and no two clusters get overlapping ones.
+    labels (T,) · costs (T,) of each frame in its own cluster · empty: clusters without whole
+    windows. A run lies in one sequence, is max(20, 4 w) frames or as long as the longest sequence,
+    and no two clusters get overlapping ones.
     """
-    labels = labels.copy()
-    size = min(max(RESEED_FRAMES, 4 * window), int(lengths.max()))
+    labels, lengths = labels.copy(), windows.frames.lengths
+    size = min(max(RESEED_FRAMES, 4 * windows.reach.window), int(lengths.max()))
     total = np.concatenate([[0.0], np.cumsum(costs)])
     runs = total[size:] - total[:-size]  # (T - size + 1,) cost of the run that begins at a frame
     ends = np.cumsum(lengths)

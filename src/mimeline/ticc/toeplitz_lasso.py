@@ -5,6 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .toeplitz import project_toeplitz
+
 log = logging.getLogger(__name__)
 
 RELAXATION = 1.6  # Boyd et al. 2011, section 3.4.3
@@ -84,25 +86,6 @@ def toeplitz_lasso(
     else:
         log.debug("%d clusters of %d short of the tolerance", len(active), n_clusters)
     return Lasso(_positive(Z), U, rho, iterations)
-
-
-def project_toeplitz(A: np.ndarray, window: int) -> np.ndarray:
-    """The nearest symmetric block-Toeplitz matrices: each block is the mean of its diagonal.
-
-    A (K, wn, wn) symmetric.
-    """
-    n_clusters, size, _ = A.shape
-    n = size // window
-    blocks = A.reshape(n_clusters, window, n, window, n)
-    result = np.empty_like(blocks)
-    for lag in range(window):
-        rows = np.arange(window - lag)
-        mean = blocks[:, rows, :, rows + lag, :].mean(axis=0)  # (K, n, n)
-        if lag == 0:
-            mean = (mean + np.swapaxes(mean, 1, 2)) / 2
-        result[:, rows, :, rows + lag, :] = mean
-        result[:, rows + lag, :, rows, :] = np.swapaxes(mean, 1, 2)
-    return result.reshape(n_clusters, size, size)
 
 
 def _positive(Z: np.ndarray) -> np.ndarray:
