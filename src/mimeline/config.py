@@ -183,6 +183,10 @@ class Ticc(Section):
         20.0, ge=0, description="cost of a switch of cluster, nats: larger gives longer intervals"
     )
     sparsity: float = Field(0.11, ge=0, description="weight of the precision's l1 norm")
+    boundary: Literal["mask", "paper"] = Field(
+        "mask",
+        description="mask: clips apart; paper: one series with the separators, clustered as well",
+    )
     max_iter: Count = Field(30, description="most iterations of assignment and estimation")
     seed: int = Field(0, description="seed of the start")
 
@@ -191,6 +195,21 @@ class Segment(Section):
     brow: Ticc = Ticc()
     eye: Ticc = Ticc(n_clusters=8)
     mouth: Ticc = Ticc()
+
+
+class Sweep(Section):
+    """Fits over a grid, to choose n_clusters and beta by: snakemake sweep."""
+
+    n_clusters: Annotated[list[Count], Field(min_length=1)] = Field(
+        [3, 4, 5, 7, 9, 12], description="cluster counts to try; the one of segment joins them"
+    )
+    beta: Annotated[list[Positive], Field(min_length=1)] = Field(
+        [2.5, 5.0, 10.0, 20.0, 40.0, 80.0],
+        description="costs of a switch to try, nats; the one of segment joins them",
+    )
+    seeds: Count = Field(
+        3, description="fits at each point, the first with segment's seed; 2 or more for stability"
+    )
 
 
 class Label(Section):
@@ -292,6 +311,7 @@ class Config(Section):
     pose: Pose = Pose()
     series: Series = Series()
     segment: Segment = Segment()
+    sweep: Sweep = Sweep()
     label: Label = Label()
     annotate: Annotate = Annotate()
     split: Split = Split()

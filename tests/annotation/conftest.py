@@ -15,6 +15,9 @@ TICC_OPTIONS = {
     "window": 2,
     "beta": 5.0,
     "sparsity": 0.1,
+    "boundary": "mask",
+    "null_length": 100,
+    "null_value": -1.0,
     "max_iter": 5,
     "seed": 0,
 }

@@ -12,11 +12,12 @@ from mimeline.vocabulary import series_channels
 
 EYE = list(series_channels("eye", "left"))
 OPTIONS = {"window": 3, "beta": 5.0, "sparsity": 0.1, "max_iter": 3, "seed": 0}
+OPTIONS |= {"boundary": "mask", "null_length": 100, "null_value": -1.0}
 
 
 @pytest.fixture
 def run(tmp_path):
-    def run(lengths, values=None, n_clusters=2):
+    def run(lengths, values=None, n_clusters=2, **options):
         keys = [(f"c{i}", frame) for i, length in enumerate(lengths) for frame in range(length)]
         frames = pd.DataFrame(keys, columns=["clip_id", "frame"])
         frames[EYE] = np.random.default_rng(0).uniform(size=(len(frames), 2))
@@ -24,7 +25,7 @@ def run(tmp_path):
         tables.write(tables.SERIES["eye", "left"], table, tmp_path / "series.parquet")
         model, clusters = tmp_path / "model", tmp_path / "clusters.parquet"
         paths = tmp_path / "series.parquet", model, clusters
-        segment(*paths, region="eye", side="left", n_clusters=n_clusters, **OPTIONS)
+        segment(*paths, region="eye", side="left", n_clusters=n_clusters, **OPTIONS | options)
         return tables.read(tables.CLUSTERS, clusters), tables.reason(clusters), model
 
     return run
@@ -51,6 +52,12 @@ def test_the_saved_model_decodes_to_the_written_clusters(segmented):
     labels, margins = TICC.load(segmented.models["eye"]).decode(X, [240] * 3)
     assert labels.tolist() == clusters["cluster"].tolist()
     assert margins == pytest.approx(clusters["margin"].to_numpy(), rel=1e-5)
+
+
+def test_separators_are_clustered_where_the_boundary_is_the_papers(run):
+    clusters, reason, model = run([60, 70], boundary="paper")
+    assert not reason and len(clusters) == 130
+    assert len(RegionModel.load(model).ticc.means_) == 3
 
 
 def test_a_region_without_a_series_passes_the_reason_on(segmented):

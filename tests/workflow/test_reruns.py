@@ -35,6 +35,8 @@ USERS: dict[str, set[str]] = {
         "evaluate_annotation",
         "report",
     },
+    "series.null_length": {"series", "segment"},
+    "series.null_value": {"series", "segment"},
     "segment": {"segment"},
     "label": {"exemplars"},
     "label.file": {"label"},

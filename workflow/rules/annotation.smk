@@ -36,6 +36,8 @@ rule segment:
     params:
         segment=lookup("segment/{region}", within=config),
         side=lookup("series/side", within=config),
+        null_length=lookup("series/null_length", within=config),
+        null_value=lookup("series/null_value", within=config),
         code=code_digest("mimeline.annotation.segment"),
     message:
         "TICC on the {wildcards.region} series"

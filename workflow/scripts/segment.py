@@ -13,5 +13,7 @@ with stage(snakemake) as job:
         clusters=job.output.clusters,
         region=job.wildcards.region,
         side=job.params.side,
+        null_length=job.params.null_length,
+        null_value=job.params.null_value,
         **job.params.segment,
     )

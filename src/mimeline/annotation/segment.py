@@ -26,6 +26,9 @@ def segment(
     window: int,
     beta: float,
     sparsity: float,
+    boundary: str,
+    null_length: int,
+    null_value: float,
     max_iter: int,
     seed: int,
 ) -> None:
@@ -33,7 +36,8 @@ def segment(
 
     model: folder for the fitted model; with too little data, or where no channel moves, it stays
     empty and the clusters table tells why. Channels that the tracker does not move are left out:
-    brought to unit variance, their jitter would weigh as much as motion. The other keys are TICC's.
+    brought to unit variance, their jitter would weigh as much as motion. null_length, null_value:
+    the series' separators, which `boundary: paper` clusters as well. The other keys are TICC's.
     """
     frames, lengths = sequences(tables.read(tables.SERIES[region, side], series))
     measured = list(series_channels(region, side))
@@ -54,7 +58,17 @@ def segment(
         return
     if dead:
         log.warning("%s: left out, since it never moves: %s", region, ", ".join(dead))
-    ticc = TICC(n_clusters, window, beta, sparsity, max_iter=max_iter, seed=seed)
+    ticc = TICC(
+        n_clusters,
+        window,
+        beta,
+        sparsity,
+        boundary=boundary,
+        null_length=null_length,
+        null_value=null_value,
+        max_iter=max_iter,
+        seed=seed,
+    )
     ticc.fit(frames[channels].to_numpy("float64"), lengths)
     fitted = RegionModel(ticc, tuple(channels))
     fitted.save(model)
