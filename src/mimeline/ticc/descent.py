@@ -1,6 +1,7 @@
 """TICC's alternation: estimate the clusters from labels, label the frames from the clusters."""
 
 import logging
+import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ log = logging.getLogger(__name__)
 CHANGED = 1e-4  # share of frames that may still change cluster at convergence
 REFILLS = 3  # times that a cluster which lost its frames is given new ones
 FULL_WINDOWS = 2  # fewer, and a cluster counts as having lost its frames
+SLOW_S = 5.0  # an iteration that takes longer is told of
 RIDGE = 1e-6  # added to variances, so that sparsity = 0 and windows all alike stay bounded
 
 
@@ -72,6 +74,7 @@ def descend(windows: Windows, labels, setting: Setting) -> Fit:
     refills = np.zeros(setting.n_clusters, dtype=np.int64)
     lasso, fit = None, None
     for iteration in range(1, setting.max_iter + 1):
+        began = time.monotonic()
         held = np.bincount(labels, minlength=setting.n_clusters)
         held -= np.bincount(labels[windows.cut], minlength=setting.n_clusters)
         empty = np.flatnonzero((held < FULL_WINDOWS) & (refills < REFILLS))
@@ -88,8 +91,14 @@ def descend(windows: Windows, labels, setting: Setting) -> Fit:
         labels = path.labels
         converged = bool(changed <= CHANGED * windows.n_frames)
         fit = Fit(path.objective, gaussians, labels, iteration, converged)
-        log.debug(
-            "iteration %d: objective %.6g, %d frames changed", iteration, path.objective, changed
+        took_s = time.monotonic() - began
+        log.log(
+            logging.INFO if took_s > SLOW_S else logging.DEBUG,
+            "iteration %d: objective %.6g, %d frames changed cluster; at most %d s left",
+            iteration,
+            path.objective,
+            changed,
+            round(took_s * (setting.max_iter - iteration)),
         )
         if converged:
             break

@@ -23,9 +23,7 @@ def cluster_statistics(windows: Windows, labels, n_clusters: int):
         own = labels[begin:end].astype(np.int64)
         own[windows.cuts(begin, end)[0]] = CUT
         rows = describe(windows.values(begin, end), window, products)
-        changes = np.flatnonzero(np.diff(own)) + 1
-        runs = np.concatenate([[0], changes, [end - begin]])
-        _add_runs(rows, runs, own[runs[:-1]], sums)
+        _add_runs(rows, own, sums)
     counts = np.rint(sums[:, 0]).astype(np.int64)
     sums /= np.maximum(counts, 1)[:, None]
     means = sums[:, 1 : 1 + window * n]  # (K, wn)
@@ -38,12 +36,19 @@ def cluster_statistics(windows: Windows, labels, n_clusters: int):
 
 
 @njit(cache=True, fastmath={"reassoc"})  # a sum may be taken in vectors
-def _add_runs(rows, runs, labels, sums):
+def _add_runs(rows, labels, sums):
+    ends, n_runs = np.empty(len(labels), np.int64), 0
+    for t in range(len(labels)):
+        if t == len(labels) - 1 or labels[t + 1] != labels[t]:
+            ends[n_runs] = t + 1
+            n_runs += 1
     for r in range(len(rows)):
-        row = rows[r]
-        for run in range(len(labels)):
-            if labels[run] >= 0:
+        row, begin = rows[r], 0
+        for end in ends[:n_runs]:
+            k = labels[begin]
+            if k != CUT:
                 total = 0.0
-                for t in range(runs[run], runs[run + 1]):
+                for t in range(begin, end):
                     total += row[t]
-                sums[labels[run], r] += total
+                sums[k, r] += total
+            begin = end

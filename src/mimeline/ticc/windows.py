@@ -78,7 +78,7 @@ class Windows:
 
     def cuts(self, begin: int, end: int) -> tuple[np.ndarray, np.ndarray]:
         """Frames of begin to end whose window is cut, counted from begin, and what they lack."""
-        some = slice(*np.searchsorted(self.cut, [begin, end]))
+        some = slice(*self.cut.searchsorted((begin, end)))
         return self.cut[some] - begin, self.lacks[some]
 
 
