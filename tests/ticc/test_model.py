@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from sklearn.metrics import adjusted_rand_score
+from threadpoolctl import threadpool_limits
 
 from mimeline.ticc import TICC
 
@@ -153,6 +154,14 @@ def test_a_seed_gives_one_result(series, fitted):
     X, lengths, _ = series
     again = TICC(n_clusters=3, window=4, beta=5.0, max_iter=15).fit(X, lengths)
     assert again.fingerprint() == fitted.fingerprint()
+
+
+def test_threads_change_nothing(series, fitted):
+    X, lengths, _ = series
+    with threadpool_limits(2):
+        again = TICC(n_clusters=3, window=4, beta=5.0, max_iter=15).fit(X, lengths)
+    assert np.array_equal(again.precisions_, fitted.precisions_)
+    assert np.array_equal(again.labels_, fitted.labels_)
 
 
 def test_a_saved_model_comes_back_whole(series, fitted, tmp_path):

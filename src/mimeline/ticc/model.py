@@ -315,6 +315,8 @@ def _check_start(start, lengths, n_clusters: int) -> np.ndarray:
 def _source(X, lengths) -> Frames:
     """X as a source of frames, found sound."""
     if hasattr(X, "read"):
+        if lengths is not None:
+            raise ValueError("lengths: found some beside a source of frames, which has its own")
         return X
     X = np.asarray(X)
     if X.ndim != 2 or not X.size or X.dtype.kind not in "fiub":

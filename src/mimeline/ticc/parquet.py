@@ -38,6 +38,7 @@ class ParquetFrames:
         self.n_channels = len(self.channels)
         self._ends = np.cumsum(sizes)
         self._sequence, self._held = sequence, (-1, None)
+        self._footers = {Path(path): pq.read_metadata(path) for path in paths}
 
     def read(self, begin, end):
         first, last = np.searchsorted(self._ends, [begin, end - 1], side="right")
@@ -51,8 +52,8 @@ class ParquetFrames:
         if self._held[0] != index:
             path, group, whole = self._groups[index]
             needed = self.channels if whole else [self._sequence, *self.channels]
-            with pq.ParquetFile(path) as file:
-                rows = file.read_row_group(group, columns=needed)
+            with pq.ParquetFile(path, metadata=self._footers[path]) as file:
+                rows = file.read_row_group(group, columns=needed, use_threads=False)
             if not whole:
                 rows = rows.filter(rows[self._sequence].is_valid())
             columns = [rows[name].to_numpy() for name in self.channels]

@@ -1,5 +1,7 @@
 """Block-Toeplitz matrices: every lag between two frames has one block, wherever it stands."""
 
+from functools import lru_cache
+
 import numpy as np
 
 
@@ -17,19 +19,26 @@ def from_lags(lags: np.ndarray) -> np.ndarray:
     return blocks.reshape(n_clusters, window * n, window * n)
 
 
-def mean_lags(A: np.ndarray, window: int) -> np.ndarray:
-    """(K, w, n, n): the mean of each block diagonal of symmetric A (K, wn, wn)."""
-    n_clusters, size, _ = A.shape
-    n = size // window
-    blocks = A.reshape(n_clusters, window, n, window, n)
-    lags = np.empty((n_clusters, window, n, n))
-    for lag in range(window):
-        rows = np.arange(window - lag)
-        lags[:, lag] = blocks[:, rows, :, rows + lag, :].mean(axis=0)
-    lags[:, 0] = (lags[:, 0] + np.swapaxes(lags[:, 0], 1, 2)) / 2
-    return lags
-
-
 def project_toeplitz(A: np.ndarray, window: int) -> np.ndarray:
-    """The nearest symmetric block-Toeplitz matrices to symmetric A (K, wn, wn)."""
-    return from_lags(mean_lags(A, window))
+    """The nearest symmetric block-Toeplitz matrices to symmetric A (K, wn, wn).
+
+    Entries that stand for one lag and pair of channels become their mean.
+    """
+    group, order, starts, counts = _groups(window, A.shape[1] // window)
+    flat = A.reshape(len(A), -1)
+    means = np.add.reduceat(flat[:, order], starts, axis=1) / counts  # (K, groups)
+    return means[:, group].reshape(A.shape)
+
+
+@lru_cache(maxsize=16)
+def _groups(window: int, n: int):
+    """The group of each entry (wn wn,), entries by group, where each begins there, their counts."""
+    frame, channel = np.divmod(np.arange(window * n), n)
+    lag = frame - frame[:, None]  # (wn, wn)
+    later = lag > 0
+    pair = np.where(later, channel[:, None] * n + channel, channel * n + channel[:, None])
+    within = np.minimum.outer(channel, channel) * n + np.maximum.outer(channel, channel)
+    pair = np.where(lag == 0, within, pair)
+    group = np.unique(np.abs(lag) * n * n + pair, return_inverse=True)[1].ravel()
+    counts = np.bincount(group)
+    return group, np.argsort(group, kind="stable"), np.cumsum(counts) - counts, counts
