@@ -10,7 +10,7 @@ from .toeplitz import project_toeplitz
 log = logging.getLogger(__name__)
 
 RELAXATION = 1.6  # Boyd et al. 2011, section 3.4.3
-BALANCE = 5.0  # ratio of the residuals past which rho moves
+BALANCE = 2.0  # ratio of the residuals past which rho moves
 RHO_EVERY = 5  # iterations between moves of rho: more often and the residuals chase each other
 
 
