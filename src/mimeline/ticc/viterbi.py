@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from numba import njit
 
-BITS = 8  # of a byte of `stays`
+BITS = 16  # of a word of `stays`
 
 
 class Trellis:
@@ -30,7 +30,7 @@ class Trellis:
     ):
         self._costs, self._blocks = costs, list(blocks)
         self._opens, self._beta = opens, float(beta)
-        stays = np.empty((len(opens), -(-n_clusters // BITS)), dtype=np.uint8)
+        stays = np.empty((len(opens), -(-n_clusters // BITS)), dtype=np.uint16)
         cheapest = np.empty(len(opens), dtype=np.uint16)
         so_far, self._entries, self.objective = np.zeros(n_clusters), [], 0.0
         for begin, end in self._blocks:
@@ -73,23 +73,24 @@ def _forward(costs, opens, beta, so_far, stays, cheapest):
     n_frames, n_clusters = costs.shape
     closed = 0.0
     for t in range(n_frames):
-        best = 0
+        least = so_far[0]
         for k in range(1, n_clusters):
-            if so_far[k] < so_far[best]:
-                best = k
+            least = min(least, so_far[k])
+        best = 0
+        while best < n_clusters - 1 and so_far[best] != least:
+            best += 1
         cheapest[t] = best
-        least = so_far[best]
         if opens[t]:
             closed += least
             so_far[:] = costs[t]
             continue
         switch = least + beta
-        for byte in range(stays.shape[1]):
+        for word in range(stays.shape[1]):
             bits = 0
-            for k in range(byte * BITS, min((byte + 1) * BITS, n_clusters)):
-                bits |= (so_far[k] <= switch) << (k - byte * BITS)
+            for k in range(word * BITS, min((word + 1) * BITS, n_clusters)):
+                bits |= (so_far[k] <= switch) << (k - word * BITS)
                 so_far[k] = costs[t, k] + min(so_far[k], switch)
-            stays[t, byte] = bits
+            stays[t, word] = bits
     return closed
 
 

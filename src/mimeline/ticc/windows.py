@@ -150,9 +150,26 @@ def _describe(values, window, lags, firsts, seconds, rows):
         first, second = values[firsts[f]], values[seconds[f], lags[f] :]
         for t in range(size + terms - 1):
             product[t] = first[t] * second[t]
-        row = rows[1 + window * n + f]
-        row[:] = product[:size]
-        for a in range(1, terms):
-            shifted = product[a:]
-            for t in range(size):
-                row[t] += shifted[t]
+        _add_up(product, terms, rows[1 + window * n + f])
+
+
+@njit(cache=True)
+def _add_up(product, terms, sums):
+    """Sums of `terms` neighbours, four at a time: it is the memory that takes the time."""
+    first = terms % 4
+    if first == 0:
+        sums[:] = 0.0
+    elif first == 1:
+        sums[:] = product[: len(sums)]
+    elif first == 2:
+        one = product[1:]
+        for t in range(len(sums)):
+            sums[t] = product[t] + one[t]
+    else:
+        one, two = product[1:], product[2:]
+        for t in range(len(sums)):
+            sums[t] = product[t] + one[t] + two[t]
+    for a in range(first, terms, 4):
+        zero, one, two, three = product[a:], product[a + 1 :], product[a + 2 :], product[a + 3 :]
+        for t in range(len(sums)):
+            sums[t] += (zero[t] + one[t]) + (two[t] + three[t])
