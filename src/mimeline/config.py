@@ -201,10 +201,10 @@ class Sweep(Section):
     """Fits over a grid, to choose n_clusters and beta by: snakemake sweep."""
 
     n_clusters: Annotated[list[Count], Field(min_length=1)] = Field(
-        [3, 4, 5, 7, 9, 12], description="cluster counts to try; the one of segment joins them"
+        [3, 4, 5, 6, 7, 9, 12], description="cluster counts to try; the one of segment joins them"
     )
     beta: Annotated[list[Positive], Field(min_length=1)] = Field(
-        [2.5, 5.0, 10.0, 20.0, 40.0, 80.0],
+        [5.0, 10.0, 20.0, 40.0, 80.0],
         description="costs of a switch to try, nats; the one of segment joins them",
     )
     seeds: Count = Field(

@@ -282,6 +282,26 @@ METRICS = _table(
 )
 
 
+SWEEP = _table(
+    "sweep",
+    {
+        "region": (pa.string(), False, _isin(SERIES_REGIONS)),
+        "n_clusters": (pa.int64(), False, _at_least(1)),
+        "beta": (pa.float64(), False, _at_least(0)),
+        "seed": _INT,
+        "objective": (pa.float64(), False, None),
+        "bic": (pa.float64(), False, None),
+        "n_switches": _COUNT,
+        "mean_frames": (pa.float64(), False, _at_least(1)),
+        "used": (pa.int64(), False, _at_least(1)),
+        "stability": (pa.float64(), True, [pandera.Check.in_range(-1, 1)]),
+        "f1": (pa.float64(), True, [pandera.Check.in_range(0, 1)]),
+    },
+    order=["region", "n_clusters", "beta", "seed"],
+    key=["region", "n_clusters", "beta", "seed"],
+)
+
+
 def empty(table: Table) -> pd.DataFrame:
     """The table with no row, every column of its type."""
     return _to_pandas(table.schema.empty_table())

@@ -71,6 +71,9 @@ def test_literal_null_sequences_have_a_cluster_of_their_own(series, fitted):
     assert np.mean(labels == 3) < 0.02  # few windows are more null than not
     found = adjusted_rand_score(truth, labels)  # windows that straddle a border cost a cluster
     assert 0.4 < found < adjusted_rand_score(truth, fitted.labels_)
+    again = TICC(n_clusters=3, window=4, beta=5.0, boundary="paper", null_value=-9.0)
+    start = np.where(np.arange(len(X)) % 50 == 0, 3, labels)  # as labels_ may hold it
+    assert np.mean(again.fit(X, lengths, start).labels_ == labels) > 0.95
     alone = TICC(n_clusters=3, window=4, beta=5.0, boundary="paper").fit(X)
     assert len(alone.means_) == 3  # no border, no null
 

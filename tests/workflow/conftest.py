@@ -105,9 +105,10 @@ def job_params(tmp_path_factory):
                     snakefile=CHECKOUT / "Snakefile",
                     workdir=workdir,
                 )
-                workflow.dag(DAGSettings(forceall=True))
+                settings = DAGSettings(targets={"all", "sweep"}, forceall=True)
+                workflow.dag(settings)
                 inner = workflow._workflow  # the public interface prints, but does not give, jobs
-                inner.dag_settings = DAGSettings(forceall=True)
+                inner.dag_settings = settings
                 inner._prepare_dag(forceall=True, ignore_incomplete=True, lock_warn_only=True)
                 inner._build_dag()
                 return {

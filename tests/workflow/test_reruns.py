@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 from mimeline.config import Config, Section
+from mimeline.vocabulary import SERIES_REGIONS
 
 AFTER_POSE = {"series", "segment", "exemplars", "label", "annotate", "split", "train", "evaluate"}
 AFTER_POSE |= {"evaluate_annotation", "report"}
@@ -31,19 +32,26 @@ USERS: dict[str, set[str]] = {
     "series.side": {
         "series",
         "segment",
+        "sweep_region",
         "exemplars",
         "evaluate_annotation",
         "report",
     },
-    "series.null_length": {"series", "segment"},
-    "series.null_value": {"series", "segment"},
-    "segment": {"segment"},
+    "series.null_length": {"series", "segment", "sweep_region"},
+    "series.null_value": {"series", "segment", "sweep_region"},
+    "segment": {"segment", "sweep_region"},
+    **{
+        f"segment.{region}.{key}": {"segment", "sweep_region", "sweep"}
+        for region in SERIES_REGIONS
+        for key in ("n_clusters", "beta")
+    },
+    "sweep": {"sweep_region"},
     "label": {"exemplars"},
     "label.file": {"label"},
     "annotate": {"annotate", "evaluate_annotation", "evaluate", "report"},
     "split": {"split"},
     "train.timeline": {"train"},
-    "evaluate.truth": {"evaluate_annotation", "report"},
+    "evaluate.truth": {"evaluate_annotation", "sweep_region", "report"},
     "evaluate.gmm_components": {"evaluate_annotation"},
     "evaluate.bootstrap": {"evaluate_annotation", "evaluate"},
     "evaluate.seed": {"evaluate_annotation"},
@@ -85,6 +93,8 @@ def another(key: str, field, value):
         "evaluate.truth": "truth",
         "report.face": "face.npz",
         "catalogue.cut_s": 7.5,
+        "sweep.n_clusters": [2],
+        "sweep.beta": [3.0],
         "toy.video_px": 128,
         "fetch.side_px": 128,
         "train.timeline.width": 128,
@@ -149,7 +159,8 @@ def test_a_key_changes_the_params_of_exactly_the_rules_that_use_it(job_params, t
 
 def test_a_region_of_segment_changes_that_region_alone(job_params):
     before, after = job_params({}), job_params({"segment": {"eye": {"beta": 9}}})
-    assert {job for job in before if before[job] != after[job]} == {("segment", ("eye",))}
+    changed = {job for job in before if before[job] != after[job]}
+    assert changed == {("segment", ("eye",)), ("sweep_region", ("eye",)), ("sweep", ())}
 
 
 def test_keys_of_a_format_that_is_not_chosen_change_nothing(job_params):

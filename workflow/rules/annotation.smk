@@ -45,6 +45,55 @@ rule segment:
         "../scripts/segment.py"
 
 
+rule sweep_region:
+    input:
+        series="<results>/series/{region}.parquet",
+        truth=config["evaluate"]["truth"] or ("<results>/toy/truth" if TOY else []),
+    output:
+        scores="<results>/sweep/{region}.parquet",
+    log:
+        "<logs>/sweep/{region}.log",
+    benchmark:
+        "<benchmarks>/sweep/{region}.tsv"
+    threads: 1
+    resources:
+        mem_mb=2000,
+    params:
+        sweep=lookup("sweep", within=config),
+        segment=lookup("segment/{region}", within=config),
+        side=lookup("series/side", within=config),
+        null_length=lookup("series/null_length", within=config),
+        null_value=lookup("series/null_value", within=config),
+        truth=listing(config["evaluate"]["truth"]),
+        code=code_digest("mimeline.evaluation.sweep"),
+    message:
+        "TICC on the {wildcards.region} series, over cluster counts and betas"
+    script:
+        "../scripts/sweep_region.py"
+
+
+rule sweep:
+    input:
+        scores=expand("<results>/sweep/{region}.parquet", region=SERIES_REGIONS),
+    output:
+        page="<results>/sweep/index.html",
+    log:
+        "<logs>/sweep.log",
+    benchmark:
+        "<benchmarks>/sweep.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        n_clusters=[config["segment"][r]["n_clusters"] for r in SERIES_REGIONS],
+        beta=[config["segment"][r]["beta"] for r in SERIES_REGIONS],
+        code=code_digest("mimeline.reporting.sweep"),
+    message:
+        "Drawing the scores over cluster counts and betas"
+    script:
+        "../scripts/sweep.py"
+
+
 rule exemplars:
     input:
         series=expand("<results>/series/{region}.parquet", region=SERIES_REGIONS),

@@ -3,17 +3,12 @@
 import logging
 from pathlib import Path
 
-import numpy as np
-
 from mimeline import tables
 from mimeline.annotation.region_model import RegionModel
-from mimeline.annotation.series import dead_channels, sequences
+from mimeline.annotation.region_series import RegionSeries
 from mimeline.ticc import TICC
-from mimeline.vocabulary import series_channels
 
 log = logging.getLogger(__name__)
-
-LEAST_WINDOWS = 10  # per cluster and frame of a window: fewer say nothing of a covariance
 
 
 def segment(
@@ -35,29 +30,15 @@ def segment(
     """Fit TICC on the series (Ma et al. 2025, 3.1) and label every frame.
 
     model: folder for the fitted model; with too little data, or where no channel moves, it stays
-    empty and the clusters table tells why. Channels that the tracker does not move are left out:
-    brought to unit variance, their jitter would weigh as much as motion. null_length, null_value:
-    the series' separators, which `boundary: paper` clusters as well. The other keys are TICC's.
+    empty and the clusters table tells why. null_length, null_value: the series' separators, which
+    `boundary: paper` clusters as well. The other keys are TICC's.
     """
-    frames, lengths = sequences(tables.read(tables.SERIES[region, side], series))
-    measured = list(series_channels(region, side))
-    dead = dead_channels(frames[measured])
-    channels = [name for name in measured if name not in dead]
+    found = RegionSeries.read(series, region, side)
     model.mkdir(parents=True, exist_ok=True)
-    windows = int(np.maximum(lengths - window + 1, 0).sum())
-    needed = n_clusters * window * LEAST_WINDOWS
-    reason = tables.reason(series)
-    if not reason and windows < needed:
-        counted = f"{windows} windows of {window} frames"
-        reason = f"{counted} are too few for {n_clusters} clusters: {needed} are needed"
-    if not reason and not channels:
-        reason = f"never moves: {', '.join(dead)}"
-    if reason:
+    if reason := found.refusal(n_clusters, window):
         log.info("%s is not segmented: %s", region, reason)
         tables.write(tables.CLUSTERS, tables.empty(tables.CLUSTERS), clusters, reason)
         return
-    if dead:
-        log.warning("%s: left out, since it never moves: %s", region, ", ".join(dead))
     ticc = TICC(
         n_clusters,
         window,
@@ -69,10 +50,10 @@ def segment(
         max_iter=max_iter,
         seed=seed,
     )
-    ticc.fit(frames[channels].to_numpy("float64"), lengths)
-    fitted = RegionModel(ticc, tuple(channels))
+    ticc.fit(found.values(), found.lengths)
+    fitted = RegionModel(ticc, found.channels)
     fitted.save(model)
-    tables.write(tables.CLUSTERS, fitted.decode(frames), clusters)
-    log.info("%s: %d frames in %d clusters", region, len(frames), n_clusters)
+    tables.write(tables.CLUSTERS, fitted.decode(found.frames), clusters)
+    log.info("%s: %d frames in %d clusters", region, len(found.frames), n_clusters)
     if not ticc.converged_:
         log.warning("%s: labels still change after max_iter = %d iterations", region, max_iter)

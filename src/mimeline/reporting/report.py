@@ -1,16 +1,13 @@
 """The report: one page, complete in itself, that a run ends with."""
 
-import datetime
 import logging
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import jinja2
 import pandas as pd
 
-from mimeline import __version__, tables
-from mimeline.atomic import whole
+from mimeline import tables
 from mimeline.reporting import gauge, words
 from mimeline.reporting.album import Album
 from mimeline.reporting.channels import channels
@@ -19,10 +16,10 @@ from mimeline.reporting.confusion import matrices
 from mimeline.reporting.evidence import evidence
 from mimeline.reporting.funnel import STATUSES, funnel
 from mimeline.reporting.generated import pictures
+from mimeline.reporting.page import write_page
 from mimeline.reporting.scores import scores
 from mimeline.reporting.sheet import sheet, shown
 from mimeline.reporting.stand_in import stand_in
-from mimeline.reporting.style import themes
 from mimeline.reporting.summary import figures, lead, missing
 from mimeline.reporting.timelines import timelines
 from mimeline.reporting.training import VARIANT_WORDS, model
@@ -30,7 +27,6 @@ from mimeline.vocabulary import ACTIONS, TRACKS, track_actions
 
 log = logging.getLogger(__name__)
 
-TEMPLATES = Path(__file__).parent / "templates"
 GENERATED = 3  # requested timelines drawn per model
 
 
@@ -97,43 +93,29 @@ def report(
     finished = kept[kept["clip_id"].isin(through)]
     owners = tables.read_all(tables.INTERVALS, intervals, ["clip_id"])["clip_id"]
     n_intervals = int(owners.isin(through).sum())
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(TEMPLATES),
-        autoescape=True,  # every id, label and note is text
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {
-        name: getattr(words, name) for name in ("spaced", "short", "percent", "count", "clips")
-    }
-    html = environment.get_template("page.html.j2").render(
-        title=options["title"],
-        date=datetime.date.today(),
-        version=__version__,
-        themes=themes(),
-        figures=figures(way, finished, n_intervals, scored, trained),
-        lead=lead(way, parts, found, true is not None),
-        missing=missing(way, measured, found, drawn, scored, trained, album),
-        funnel=way,
-        evidence=why,
-        gauge_width=gauge.WIDTH,
-        sheet=shown(cards, album),
-        album=album,
-        statuses=STATUSES,
-        channels=measured,
-        regions=found,
-        exemplar={"width": WIDTH, "height": HEIGHT, "leaders": LEADERS, "gap": GAP},
-        timelines=drawn,
-        tracks={track: track_actions(track) for track in TRACKS},
-        actions=list(ACTIONS),
-        scores=scored,
-        matrices=matrices(marked, true),
-        models=list(zip(trained, asked, strict=True)),
-        variant_words=VARIANT_WORDS,
-        limits=annotate,
-        side=side,
-        files=_files(
+    facts = {
+        "figures": figures(way, finished, n_intervals, scored, trained),
+        "lead": lead(way, parts, found, true is not None),
+        "missing": missing(way, measured, found, drawn, scored, trained, album),
+        "funnel": way,
+        "evidence": why,
+        "gauge_width": gauge.WIDTH,
+        "sheet": shown(cards, album),
+        "album": album,
+        "statuses": STATUSES,
+        "channels": measured,
+        "regions": found,
+        "exemplar": {"width": WIDTH, "height": HEIGHT, "leaders": LEADERS, "gap": GAP},
+        "timelines": drawn,
+        "tracks": {track: track_actions(track) for track in TRACKS},
+        "actions": list(ACTIONS),
+        "scores": scored,
+        "matrices": matrices(marked, true),
+        "models": list(zip(trained, asked, strict=True)),
+        "variant_words": VARIANT_WORDS,
+        "limits": annotate,
+        "side": side,
+        "files": _files(
             labels,
             decisions=ledgers[1:2],
             films=[Path(path).with_name("media") for path in fetched],
@@ -142,11 +124,10 @@ def report(
             intervals=intervals,
             frames=frames,
         ),
-        track_names=words.TRACK_NAMES,
-    )
-    with whole(page) as temporary:
-        temporary.write_text(html, encoding="utf-8")
-    log.info("%.1f MB, %d clips kept of %d", len(html) / 1e6, way.kept, way.entered)
+        "track_names": words.TRACK_NAMES,
+    }
+    size = write_page(page, "page.html.j2", options["title"], facts)
+    log.info("%.1f MB, %d clips kept of %d", size / 1e6, way.kept, way.entered)
 
 
 def _truth(folder: str | Path | None) -> pd.DataFrame | None:

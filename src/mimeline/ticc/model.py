@@ -95,13 +95,15 @@ class TICC:
     def fit(self, X, lengths=None, start=None) -> "TICC":
         """Learn the clusters of X (T, n), sequences of lengths (S,) frames end to end.
 
-        start (T,): labels to begin from; without them several starts are tried on an excerpt.
+        start (T,): labels to begin from, as labels_ of another fit; without them several starts
+        are tried on an excerpt.
         """
         self._check_parameters()
         frames = _source(X, lengths)
         self._check_amount(frames.lengths)
         if start is not None:
-            start = _check_start(start, frames.lengths, self.n_clusters)
+            n_nulls = int(self._separates(frames))  # its label may stand in labels_ as well
+            start = _check_start(start, frames.lengths, self.n_clusters + n_nulls)
         self.center_, deviation = moments(frames)
         self.scale_ = deviation if self.standardise else np.ones_like(deviation)
         with threadpool_limits(1):  # on matrices this small threads only wait for each other
@@ -116,7 +118,7 @@ class TICC:
 
     def _learn(self, frames: Frames, start) -> Fit:
         windows, real = self._view(frames)
-        n_nulls = int(not real.all())  # clusters of null sequences
+        n_nulls = int(self._separates(frames))  # clusters of null sequences
         if start is None:
             found = self._search(frames)
             labels = trellis(windows, found, self._setting(len(found))).labels
@@ -141,7 +143,7 @@ class TICC:
         part = ArrayFrames(np.concatenate(read), pieces)
         windows, real = self._view(part)
         features = (part.X - self.center_) / self.scale_
-        count = self.n_clusters + int(not real.all())
+        count = self.n_clusters + int(self._separates(part))
         short, long = self._setting(count, RACE_STEPS), self._setting(count, self.max_iter)
         runs = [
             descend(windows, _between_nulls(labels, real, self.n_clusters), short)
@@ -239,11 +241,14 @@ class TICC:
     def _view(self, frames: Frames) -> tuple[Windows, np.ndarray]:
         """The windows that the model sees, and which of their frames (T,) are those of frames."""
         real = np.ones(int(frames.lengths.sum()), dtype=bool)
-        if self.boundary == "paper" and len(frames.lengths) > 1:
+        if self._separates(frames):
             frames = Separated(frames, self.null_length, self.null_value)
             real = frames.real
         reach = ALIGNMENTS[self.alignment](self.window)
         return Windows(frames, reach, self.center_, self.scale_), real
+
+    def _separates(self, frames: Frames) -> bool:
+        return self.boundary == "paper" and len(frames.lengths) > 1
 
     def _gaussians(self) -> Gaussians:
         units = np.tile(self.scale_, self.window)  # (wn,)

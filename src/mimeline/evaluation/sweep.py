@@ -1,0 +1,115 @@
+"""Segmentations of a region over a grid of cluster counts and prices of a switch, each scored."""
+
+import logging
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from mimeline import tables
+from mimeline.annotation.annotate import track_codes
+from mimeline.annotation.region_series import RegionSeries
+from mimeline.annotation.scores import macro_f1
+from mimeline.progress import told
+from mimeline.ticc import TICC
+from mimeline.ticc.selection import along_betas, bic, n_switches, stability
+from mimeline.vocabulary import SERIES_TRACK, track_actions
+
+log = logging.getLogger(__name__)
+
+
+def sweep(
+    series: Path,
+    truth: Path | None,
+    scores: Path,
+    region: str,
+    side: str,
+    n_clusters: Sequence[int],
+    betas: Sequence[float],
+    seeds: int,
+    configured: Mapping[str, Any],
+) -> None:
+    """Write the `sweep` table: a row for each of n_clusters, betas and seeds.
+
+    configured: TICC's arguments otherwise. Its own n_clusters and beta join the grid, and its seed
+    is the first of the seeds. truth: folder with frames.parquet, or None: then f1 is not known.
+    Channels that never move are left out, counts of clusters that the frames are too few for are
+    not tried; where nothing is left, the table is empty and tells why.
+    """
+    found, window = RegionSeries.read(series, region, side), configured["window"]
+    counts = sorted({*n_clusters, configured["n_clusters"]})
+    tried = [count for count in counts if not found.refusal(count, window)]
+    if not tried:
+        reason = found.refusal(counts[0], window)
+        log.info("%s is not swept: %s", region, reason)
+        tables.write(tables.SWEEP, tables.empty(tables.SWEEP), scores, reason)
+        return
+    if len(tried) < len(counts):
+        log.warning("%s: too few frames for more than %d clusters", region, tried[-1])
+    X, lengths = found.values(), found.lengths
+    codes = None if truth is None else true_codes(found.frames, truth, region)
+    prices = sorted({*map(float, betas), float(configured["beta"])})
+    runs = [(count, configured["seed"] + nth) for count in tried for nth in range(seeds)]
+    rows, labels = [], {}
+    for count, seed in told(runs, f"runs over beta on the {region} series", log):
+        own = dict(configured) | {"n_clusters": count, "seed": seed}
+        fits = along_betas(lambda beta, own=own: TICC(**own | {"beta": beta}), prices, X, lengths)
+        for beta, ticc in fits.items():
+            labels.setdefault((count, beta), []).append(ticc.labels_)
+            rows.append(
+                {
+                    "n_clusters": count,
+                    "beta": beta,
+                    "seed": seed,
+                    "objective": ticc.objective_,
+                    **facts(X, lengths, ticc.labels_, window),
+                    "f1": np.nan if codes is None else best_f1(ticc.labels_, codes, region),
+                }
+            )
+    agreed = {point: stability(own) for point, own in labels.items()}
+    table = pd.DataFrame(rows).assign(region=region)
+    table["stability"] = [agreed[row.n_clusters, row.beta] for row in table.itertuples()]
+    tables.write(tables.SWEEP, table, scores)
+    log.info("%s: %d fits", region, len(table))
+
+
+def facts(X, lengths, labels, window: int) -> dict[str, float]:
+    """What can be said of labels (T,) of X (T, n) without a truth."""
+    switched = n_switches(labels, lengths)
+    return {
+        "bic": bic(X, lengths, labels, window),
+        "n_switches": switched,
+        "mean_frames": len(X) / (switched + len(lengths)),
+        "used": len(np.unique(labels)),
+    }
+
+
+def true_codes(frames: pd.DataFrame, truth: Path, region: str) -> np.ndarray:
+    """(n_frames,) the true class of each frame of a series: 0 neutral, i the i-th action, -1 none.
+
+    -1 where truth has no such frame, and for the lid where the eye is closed (Ma et al. 2025, 4.1).
+    """
+    true = tables.read(tables.FRAMES, Path(truth) / "frames.parquet")
+    both = frames[["clip_id", "frame"]].merge(true, how="left", validate="1:1")
+    codes = track_codes(both, SERIES_TRACK[region])
+    if region == "eye":
+        codes[track_codes(both, "closure") == 1] = -1
+    return codes
+
+
+def best_f1(labels: np.ndarray, codes: np.ndarray, region: str) -> float:
+    """Macro-F1 where each cluster bears the name that most of its frames have in truth.
+
+    labels, codes (n_frames,), codes of -1 do not count. NaN where none counts.
+    """
+    known = codes >= 0
+    if not known.any():
+        return float("nan")
+    size = len(track_actions(SERIES_TRACK[region])) + 1
+    votes = np.zeros((labels.max() + 1, size), dtype="int64")
+    np.add.at(votes, (labels[known], codes[known]), 1)
+    confusion = np.zeros((size, size), dtype="int64")  # truth in rows
+    np.add.at(confusion.T, votes.argmax(axis=1), votes)
+    return float(macro_f1(confusion))

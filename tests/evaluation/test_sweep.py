@@ -1,0 +1,119 @@
+import numpy as np
+import pandas as pd
+import pytest
+from sklearn.metrics import f1_score
+
+from mimeline import tables
+from mimeline.annotation.series import concatenate
+from mimeline.evaluation.sweep import best_f1, sweep, true_codes
+from mimeline.vocabulary import ACTIONS, series_channels
+
+EYE = list(series_channels("eye", "left"))
+CONFIGURED = {"n_clusters": 3, "window": 3, "beta": 8.0, "sparsity": 0.1, "max_iter": 6, "seed": 5}
+
+
+@pytest.fixture(scope="module")
+def eyes() -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Two clips of eyes that rest, squint and widen: the channels by frame, and the truth."""
+    rng = np.random.default_rng(0)
+    keys = [(clip, frame) for clip in "ab" for frame in range(180)]
+    frames = pd.DataFrame(keys, columns=["clip_id", "frame"])
+    state = frames["frame"].to_numpy() // 20 % 3
+    for channel, on in zip(EYE, (state == 1, state == 2), strict=True):
+        frames[channel] = 0.1 + 0.5 * on + 0.04 * rng.normal(size=len(frames))
+    truth = frames[["clip_id", "frame"]].assign(**dict.fromkeys(ACTIONS, False))
+    return frames, truth.assign(EyeSquint=state == 1, EyeWiden=state == 2)
+
+
+@pytest.fixture
+def run(eyes, tmp_path):
+    def run(n_clusters=(2,), betas=(2.0,), seeds=2, values=None, head=None, known=True, why=""):
+        frames, truth = eyes
+        frames = frames.assign(**(values or {})).head(len(frames) if head is None else head)
+        table = concatenate(frames, EYE, 100, -1.0)
+        tables.write(tables.SERIES["eye", "left"], table, tmp_path / "series.parquet", why)
+        (tmp_path / "truth").mkdir(exist_ok=True)
+        tables.write(tables.FRAMES, truth, tmp_path / "truth" / "frames.parquet")
+        scores = tmp_path / "scores.parquet"
+        sweep(
+            series=tmp_path / "series.parquet",
+            truth=tmp_path / "truth" if known else None,
+            scores=scores,
+            region="eye",
+            side="left",
+            n_clusters=list(n_clusters),
+            betas=list(betas),
+            seeds=seeds,
+            configured=CONFIGURED,
+        )
+        return tables.read(tables.SWEEP, scores), tables.reason(scores)
+
+    return run
+
+
+def test_every_point_of_the_grid_and_the_configured_one_is_fitted_with_every_seed(run):
+    rows, reason = run()
+    points = {(k, beta, seed) for k in (2, 3) for beta in (2.0, 8.0) for seed in (5, 6)}
+    assert set(zip(rows["n_clusters"], rows["beta"], rows["seed"], strict=True)) == points
+    assert reason == ""
+    assert (rows.groupby(["n_clusters", "beta"])["stability"].nunique() == 1).all()
+    best = rows[(rows["n_clusters"] == 3) & (rows["beta"] == 8)]
+    assert (best["f1"] > 0.9).all()
+    assert (best["stability"] > 0.9).all()
+    assert (best["used"] == 3).all()
+    assert best["mean_frames"].between(15, 25).all()
+    assert rows.loc[rows["bic"].idxmin(), "n_clusters"] == 3
+
+
+def test_the_same_sweep_gives_the_same_scores(run):
+    rows, _ = run(seeds=1)
+    assert len(rows) == 4
+    pd.testing.assert_frame_equal(rows, run(seeds=1)[0])
+
+
+def test_without_truth_or_other_seeds_two_scores_are_not_known(run):
+    rows, _ = run(seeds=1, known=False)
+    assert rows["f1"].isna().all()
+    assert rows["stability"].isna().all()
+    assert rows["bic"].notna().all()
+
+
+def test_more_clusters_than_the_frames_can_tell_are_not_tried(run):
+    rows, _ = run(n_clusters=[2, 400], seeds=1)
+    assert set(rows["n_clusters"]) == {2, 3}
+    rows, reason = run(head=40)
+    assert rows.empty
+    assert reason == "38 windows of 3 frames are too few for 2 clusters: 60 are needed"
+
+
+def test_a_region_without_a_series_passes_the_reason_on(run):
+    rows, reason = run(head=0, why="not measured: eyeSquintLeft")
+    assert rows.empty
+    assert reason == "not measured: eyeSquintLeft"
+
+
+def test_a_channel_that_never_moves_is_left_out(run):
+    rows, _ = run(values={"eyeWideLeft": 0.2}, seeds=1)
+    assert not rows.empty
+    rows, reason = run(values={"eyeWideLeft": 0.2, "eyeSquintLeft": 0.2})
+    assert rows.empty
+    assert reason == "never moves: eyeSquintLeft, eyeWideLeft"
+
+
+def test_frames_with_closed_eyes_or_without_a_truth_do_not_count(eyes, tmp_path):
+    frames, truth = eyes
+    closed = truth["frame"] == 25
+    told = truth.assign(EyeClose=closed)[truth["frame"] != 50]
+    tables.write(tables.FRAMES, told, tmp_path / "frames.parquet")
+    codes = true_codes(frames, tmp_path, "eye")
+    assert set(frames.loc[codes == -1, "frame"]) == {25, 50}
+    assert codes[[0, 21, 41]].tolist() == [0, 1, 2]
+
+
+def test_clusters_are_scored_by_the_name_of_most_of_their_frames():
+    codes = np.array([0, 0, 0, 1, 1, 2, 2, -1, -1])
+    labels = np.array([4, 4, 1, 1, 1, 0, 4, 0, 0])
+    named = np.array([0, 0, 1, 1, 1, 2, 0])
+    expected = f1_score(codes[:7], named, average="macro")
+    assert best_f1(labels, codes, "eye") == pytest.approx(expected)
+    assert np.isnan(best_f1(labels, np.full(9, -1), "eye"))
