@@ -55,6 +55,23 @@ def test_the_page_says_what_each_score_favours_and_how_to_set_it(page, caplog):
     assert "http" not in html
 
 
+def test_a_favourite_at_the_edge_of_the_grid_is_said_to_be_there(page):
+    html = page(brow=(scores("brow"), ""))
+    assert "That is the edge of the grid: it may lie beyond sweep.n_clusters." in html
+    inside = scores("brow").assign(bic=lambda t: (t["n_clusters"] - 5.0).abs() + t["beta"])
+    html = page(brow=(inside[inside["beta"] > 5], ""))
+    assert "it may lie beyond sweep.beta." in html
+    inside["bic"] += 1000.0 * (inside["beta"] == 5)
+    assert "edge of the grid" not in page(brow=(inside, ""))
+
+
+def test_more_clusters_configured_than_the_frames_can_tell_is_said(page):
+    rows = scores("brow")
+    html = page(brow=(rows[rows["n_clusters"] < 9], ""))
+    assert "The frames are too few for 9 clusters, as configured: 5 stand for it here." in html
+    assert "Different starts agree (0.93) there; as configured they disagree (0.88)." in html
+
+
 def test_without_truth_and_seeds_bic_speaks_alone(page):
     html = page(brow=(scores("brow", truth=False, seeds=1), ""))
     assert "macro-F1" not in html

@@ -54,9 +54,14 @@ def sweep(
             regions.append(Region(region, tables.reason(path), [], []))
             continue
         own = points[region] = summary(rows)
+        most, said = int(own["n_clusters"].max()), []
+        if (asked := configured[region]).n_clusters > most:
+            configured[region] = asked._replace(n_clusters=most)
+            text = f"The frames are too few for {asked.n_clusters} clusters, as configured"
+            said.append(f"{text}: {most} stand for it here.")
         known = [name for name in SCORES if own[name].notna().any()]
         grids = [grid(own, name, SCORES[name][0], configured[region]) for name in known]
-        regions.append(Region(region, "", findings(own, configured[region]), grids))
+        regions.append(Region(region, "", said + findings(own, configured[region]), grids))
     known = [name for name in SCORES if any(own[name].notna().any() for own in points.values())]
     drawn: list[list[Panel]] = [panels(points, name, SCORES[name][0], configured) for name in known]
     choices = {
@@ -101,35 +106,38 @@ def summary(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def findings(points: pd.DataFrame, configured: Point) -> list[str]:
-    """What the scores say of a region, in sentences."""
+    """What the scores say of a region, in sentences. configured: one of the points."""
     at = points.set_index(["n_clusters", "beta"])
     now, found = at.loc[configured], []
     truth = points["f1"].notna().any()
     if truth:
-        best = favourite(points, "f1")
-        top, here = f"{at.loc[best, 'f1']:.3f}", f"{now['f1']:.3f}"
-        text = f"Against the truth, {best} do best: macro-F1 {top}"
-        if best == configured:
-            found.append(f"{text}, as configured.")
-        elif top == here:
-            found.append(f"{text}; the configured {configured} do as well.")
-        else:
-            found.append(f"{text}; as configured, {configured}, it is {here}.")
-        found.append(_plateau(points, configured))
+        found += [_against_truth(points, configured, now), _plateau(points, configured)]
     best = favourite(points, "bic")
     text = f"BIC favours {best}"
     found.append(f"{text}, where macro-F1 is {at.loc[best, 'f1']:.3f}." if truth else f"{text}.")
+    edges = [name for name, value in best._asdict().items() if value in _ends(points[name])]
+    if edges:
+        keys = words.listing([f"sweep.{name}" for name in edges])
+        found.append(f"That is the edge of the grid: it may lie beyond {keys}.")
     if points["stability"].notna().any():
-        there, here = at.loc[best, "stability"], now["stability"]
-        found.append(
-            f"Different starts {_agree(there)} there (stability {there:.2f}); as configured they "
-            f"{_agree(here)} ({here:.2f})."
-        )
+        there, here = _agree(at.loc[best, "stability"]), _agree(now["stability"])
+        found.append(f"Different starts {there} there; as configured they {here}.")
     found.append(
         f"An interval lasts {at.loc[best, 'mean_frames']:.0f} frames on average where BIC is best, "
         f"{now['mean_frames']:.0f} as configured."
     )
     return found
+
+
+def _against_truth(points: pd.DataFrame, configured: Point, now: pd.Series) -> str:
+    best = favourite(points, "f1")
+    top = f"{points.set_index(['n_clusters', 'beta']).loc[best, 'f1']:.3f}"
+    text = f"Against the truth, {best} do best: macro-F1 {top}"
+    if best == configured:
+        return f"{text}, as configured."
+    if top == f"{now['f1']:.3f}":
+        return f"{text}; the configured {configured} do as well."
+    return f"{text}; as configured, {configured}, it is {now['f1']:.3f}."
 
 
 def _plateau(points: pd.DataFrame, configured: Point) -> str:
@@ -143,12 +151,17 @@ def _plateau(points: pd.DataFrame, configured: Point) -> str:
     )
 
 
+def _ends(values: pd.Series) -> tuple[float, float]:
+    return values.min(), values.max()
+
+
 def _values(values: pd.Series) -> str:
     return words.listing([f"{value:g}" for value in sorted(values)]) or "none"
 
 
 def _agree(stability: float) -> str:
-    return "agree" if stability >= STABLE else "disagree"
+    word = "agree" if stability >= STABLE else "disagree"
+    return f"{word} ({stability:.2f})"
 
 
 def _flow(choice: Mapping[str, Point]) -> str:
