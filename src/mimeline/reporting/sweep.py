@@ -79,7 +79,7 @@ def sweep(
     }
     write_page(page, "sweep.html.j2", "Which clusters, which beta?", facts)
     for about, own in choices.items():
-        log.info("%s favours segment: %s", about, _flow(own))
+        log.info("by %s: segment: %s", about, _flow(own))
     log.info("the page is %s", address)
 
 
