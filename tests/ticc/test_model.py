@@ -78,6 +78,13 @@ def test_literal_null_sequences_have_a_cluster_of_their_own(series, fitted):
     assert len(alone.means_) == 3  # no border, no null
 
 
+def test_one_sequence_has_no_null_however_it_is_cut_to_search_a_start(plant):
+    X, _ = plant([5000], seed=4)
+    paper = TICC(n_clusters=3, window=4, max_iter=4, boundary="paper", null_value=0.0).fit(X)
+    assert len(paper.means_) == 3
+    assert np.array_equal(paper.labels_, TICC(n_clusters=3, window=4, max_iter=4).fit(X).labels_)
+
+
 def test_null_sequences_are_those_of_a_series_written_out(series):
     X, lengths, _ = series
     null = np.full((100, 3), -9.0)

@@ -102,8 +102,8 @@ class TICC:
         frames = _source(X, lengths)
         self._check_amount(frames.lengths)
         if start is not None:
-            n_nulls = int(self._separates(frames))  # its label may stand in labels_ as well
-            start = _check_start(start, frames.lengths, self.n_clusters + n_nulls)
+            known = self.n_clusters + int(self._separates(frames))  # labels_ may hold the null's
+            start = _check_start(start, frames.lengths, known)
         self.center_, deviation = moments(frames)
         self.scale_ = deviation if self.standardise else np.ones_like(deviation)
         with threadpool_limits(1):  # on matrices this small threads only wait for each other
@@ -117,15 +117,16 @@ class TICC:
         return self
 
     def _learn(self, frames: Frames, start) -> Fit:
-        windows, real = self._view(frames)
-        n_nulls = int(self._separates(frames))  # clusters of null sequences
+        separates = self._separates(frames)
+        n_clusters = self.n_clusters + int(separates)
+        windows, real = self._view(frames, separates)
         if start is None:
             found = self._search(frames)
             labels = trellis(windows, found, self._setting(len(found))).labels
         else:
             labels = _between_nulls(start, real, self.n_clusters)
-        fit = descend(windows, labels, self._setting(self.n_clusters + n_nulls, self.max_iter))
-        if n_nulls:
+        fit = descend(windows, labels, self._setting(n_clusters, self.max_iter))
+        if separates:
             null = int(np.bincount(fit.labels[~real]).argmax())
             order = [k for k in range(self.n_clusters + 1) if k != null] + [null]
             found = fit.gaussians
@@ -141,9 +142,10 @@ class TICC:
         begins, pieces = excerpt(frames.lengths, RACE_FRAMES, RACE_PIECE, rng)
         read = [frames.read(b, b + size) for b, size in zip(begins, pieces, strict=True)]
         part = ArrayFrames(np.concatenate(read), pieces)
-        windows, real = self._view(part)
+        separates = self._separates(frames)  # pieces of one sequence are no sequences of their own
+        windows, real = self._view(part, separates)
         features = (part.X - self.center_) / self.scale_
-        count = self.n_clusters + int(self._separates(part))
+        count = self.n_clusters + int(separates)
         short, long = self._setting(count, RACE_STEPS), self._setting(count, self.max_iter)
         runs = [
             descend(windows, _between_nulls(labels, real, self.n_clusters), short)
@@ -177,7 +179,7 @@ class TICC:
     def score(self, X, lengths=None) -> float:
         """Mean log-likelihood, nats, of each frame's window in its cluster; higher is better."""
         frames = self._check_fitted(X, lengths)
-        windows, real = self._view(frames)
+        windows, real = self._view(frames, self._separates(frames))
         costs, total = Costs(self._gaussians(), windows.reach), 0.0
         seen = np.full(windows.n_frames, self.window)  # frames that a window holds
         seen[windows.cut] -= windows.lacks.sum(axis=1)
@@ -238,10 +240,10 @@ class TICC:
         penalised = self.cost == "penalised"
         return Setting(n_clusters, float(self.beta), self.sparsity, max_iter, penalised)
 
-    def _view(self, frames: Frames) -> tuple[Windows, np.ndarray]:
+    def _view(self, frames: Frames, separates: bool) -> tuple[Windows, np.ndarray]:
         """The windows that the model sees, and which of their frames (T,) are those of frames."""
         real = np.ones(int(frames.lengths.sum()), dtype=bool)
-        if self._separates(frames):
+        if separates:
             frames = Separated(frames, self.null_length, self.null_value)
             real = frames.real
         reach = ALIGNMENTS[self.alignment](self.window)
@@ -256,7 +258,7 @@ class TICC:
         return Gaussians(means, self.precisions_ * np.multiply.outer(units, units))
 
     def _path(self, frames: Frames):
-        windows, real = self._view(frames)
+        windows, real = self._view(frames, self._separates(frames))
         gaussians = self._gaussians()
         return trellis(windows, gaussians, self._setting(len(gaussians))), real
 
