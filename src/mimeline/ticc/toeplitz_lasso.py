@@ -11,7 +11,7 @@ log = logging.getLogger(__name__)
 
 RELAXATION = 1.6  # Boyd et al. 2011, section 3.4.3
 BALANCE = 2.0  # ratio of the residuals past which rho moves
-RHO_EVERY = 5  # iterations between moves of rho: more often and the residuals chase each other
+RHO_EVERY = 10  # iterations between moves of rho: more often and the residuals chase each other
 
 
 @dataclass
@@ -42,29 +42,36 @@ def toeplitz_lasso(
     covariances (K, wn, wn) · sparsity >= 0, of every entry, the diagonal's too: that bounds the
     problem for a cluster whose windows are all alike (S = 0 gives P = I / sparsity) · start: an
     earlier solution. tol is relative to the size of P; rho adapts (Boyd et al. 2011, 3.4.1).
+    Each cluster is solved with its channels in units of its own deviations, where one rho suits
+    them all: quiet and loud channels side by side cost half as many iterations again otherwise.
     Source: Hallac et al. 2017, eq. 4 and section 5.2, with one sparsity for all clusters' S.
     """
     n_clusters, size, _ = covariances.shape
+    diagonal = np.einsum("kii->ki", covariances).reshape(n_clusters, window, -1)
+    deviation = np.sqrt(diagonal.mean(axis=1) + max(sparsity, 1e-8))  # (K, n)
+    deviation = np.tile(deviation, (1, window))  # (K, wn)
+    units = 1 / (deviation[:, :, None] * deviation[:, None, :])
+    scaled, weights = covariances * units, sparsity * units
     if start is None:
-        diagonal = np.einsum("kii->ki", covariances) + max(sparsity, 1e-8)
-        Z = np.zeros_like(covariances)
-        Z[:, np.arange(size), np.arange(size)] = 1 / diagonal
+        curvature = np.einsum("kii->ki", scaled + weights)  # root of that of -log det at the start
+        Z = np.zeros_like(scaled)
+        Z[:, np.arange(size), np.arange(size)] = 1 / curvature
         Z = project_toeplitz(Z, window)
         U = np.zeros_like(Z)
-        rho = (diagonal**2).mean(axis=1)  # the curvature of -log det at the start
+        rho = (curvature**2).mean(axis=1)
     else:
-        Z, U, rho = start.precisions.copy(), start.duals.copy(), start.rho.copy()
+        Z, U, rho = start.precisions / units, start.duals / units, start.rho.copy()
     iterations = np.zeros(n_clusters, np.int64)
     active = np.arange(n_clusters)
     for step in range(1, max_iter + 1):
-        S, r = covariances[active], rho[active, None, None]
+        S, r = scaled[active], rho[active, None, None]
         values, vectors = np.linalg.eigh(r * (Z[active] - U[active]) - S)
         roots = (values + np.sqrt(values**2 + 4 * r[:, 0])) / (2 * r[:, 0])  # (A, wn)
         P = (vectors * roots[:, None, :]) @ np.swapaxes(vectors, 1, 2)
         old = Z[active]
         relaxed = RELAXATION * P + (1 - RELAXATION) * old
         mean = project_toeplitz(relaxed + U[active], window)
-        new = np.sign(mean) * np.maximum(np.abs(mean) - sparsity / r, 0)
+        new = np.sign(mean) * np.maximum(np.abs(mean) - weights[active] / r, 0)
         Z[active] = new
         U[active] += relaxed - new
         iterations[active] = step
@@ -85,7 +92,7 @@ def toeplitz_lasso(
             break
     else:
         log.debug("%d clusters of %d short of the tolerance", len(active), n_clusters)
-    return Lasso(_positive(Z), U, rho, iterations)
+    return Lasso(_positive(Z * units), U * units, rho, iterations)
 
 
 def _positive(Z: np.ndarray) -> np.ndarray:
