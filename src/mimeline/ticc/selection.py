@@ -13,6 +13,7 @@ from sklearn.metrics import adjusted_rand_score
 from .model import TICC
 
 RIDGE = 1e-6  # added to the moments of channels of unit variance: two may be one and the same
+AT_ONCE = 65_536  # windows that are held at a time
 
 
 def along_betas(
@@ -67,25 +68,39 @@ def log_likelihood(X, lengths, labels, window: int) -> float:
     the unit information prior that BIC stands for (Kass, Wasserman 1995).
     """
     n = X.shape[1]
-    labels = np.asarray(labels)
-    scaled = (X - X.mean(axis=0)) / X.std(axis=0)
-    age = np.concatenate([np.arange(length) for length in lengths])  # (T,) frames before it
-    frames = np.flatnonzero(age >= window - 1)
-    seen = scaled[frames[:, None] + np.arange(1 - window, 1)].reshape(len(frames), -1)  # (N, wn)
-    seen = np.concatenate([np.ones((len(frames), 1)), seen], axis=1)  # (N, 1 + wn)
-    prior = seen.T @ seen / max(len(frames), 1) + RIDGE * np.eye(seen.shape[1])
+    counts, moments = _moments((X - X.mean(axis=0)) / X.std(axis=0), lengths, labels, window)
+    prior = moments.sum(axis=0) / max(counts.sum(), 1) + RIDGE * np.eye(moments.shape[1])
     total = 0.0
-    for k in np.unique(labels[frames]):
-        own = seen[labels[frames] == k]  # (N_k, 1 + wn)
-        moments = own.T @ own
-        known = moments + prior
+    for count, seen in zip(counts, moments, strict=True):
+        known = seen + prior
         weights = np.linalg.solve(known[:-n, :-n], known[:-n, -n:])  # (1 + (w - 1) n, n)
         error = np.concatenate([-weights, np.eye(n)])  # (1 + wn, n) what is left of a frame
-        spread = error.T @ known @ error / (len(own) + 1)
-        square = np.trace(np.linalg.solve(spread, error.T @ moments @ error))
+        spread = error.T @ known @ error / (count + 1)
+        square = np.trace(np.linalg.solve(spread, error.T @ seen @ error))
         constant = np.linalg.slogdet(spread)[1] + n * np.log(2 * np.pi)
-        total -= 0.5 * (len(own) * constant + square)
+        total -= 0.5 * (count * constant + square)
     return float(total)
+
+
+def _moments(X, lengths, labels, window: int) -> tuple[np.ndarray, np.ndarray]:
+    """Counts (K,) and second moments (K, 1 + wn, 1 + wn) of each cluster's trailing windows.
+
+    A window is led by a 1, so that the first row holds sums.
+    """
+    clusters, labels = np.unique(labels, return_inverse=True)
+    size = 1 + window * X.shape[1]
+    counts, moments = np.zeros(len(clusters)), np.zeros((len(clusters), size, size))
+    ends = np.cumsum(lengths)
+    age = np.arange(len(X)) - np.repeat(ends - lengths, lengths)  # (T,) frames before it
+    frames = np.flatnonzero(age >= window - 1)
+    for some in np.split(frames, range(AT_ONCE, len(frames), AT_ONCE)):
+        seen = X[some[:, None] + np.arange(1 - window, 1)].reshape(len(some), -1)  # (N, wn)
+        seen = np.concatenate([np.ones((len(some), 1)), seen], axis=1)  # (N, 1 + wn)
+        for k in np.unique(labels[some]):
+            own = seen[labels[some] == k]
+            counts[k] += len(own)
+            moments[k] += own.T @ own
+    return counts, moments
 
 
 def log_path(labels, lengths) -> float:
