@@ -32,7 +32,7 @@ def test_costs_are_those_of_the_marginal_gaussian_of_what_a_window_sees(reach, w
     X = np.random.default_rng(1).normal(size=(lengths.sum(), n))
     clusters = gaussians(3, reach.window, n)
     windows = windows_of(X, lengths, reach.window, reach)
-    costs = Costs(clusters, reach).of(windows, 0, len(X))
+    costs = Costs(clusters, windows).of(0, len(X))
     ends = np.cumsum(lengths)
     for begin, end in zip(ends - lengths, ends, strict=True):
         for t in range(begin, end):
@@ -47,17 +47,17 @@ def test_a_block_costs_what_it_costs_among_others(windows_of):
     lengths = np.array([40, 3, 50])
     X = np.random.default_rng(1).normal(size=(93, 2))
     windows = windows_of(X, lengths, 5)
-    costs = Costs(gaussians(3, 5, 2), windows.reach)
-    whole = costs.of(windows, 0, 93)
+    costs = Costs(gaussians(3, 5, 2), windows)
+    whole = costs.of(0, 93)
     for begin, end in ((0, 7), (38, 44), (60, 93)):
-        assert np.allclose(costs.of(windows, begin, end), whole[begin:end], rtol=1e-12)
+        assert np.allclose(costs.of(begin, end), whole[begin:end], rtol=1e-12)
 
 
 def test_a_cost_includes_its_share_of_the_penalty(windows_of):
     X = np.random.default_rng(1).normal(size=(6, 2))
     clusters, windows = gaussians(3, 3, 2), windows_of(X, [6], 3)
-    bare = Costs(clusters, windows.reach).of(windows, 0, 6)
-    found = Costs(clusters, windows.reach, penalty=0.3).of(windows, 0, 6) - bare
+    bare = Costs(clusters, windows).of(0, 6)
+    found = Costs(clusters, windows, penalty=0.3).of(0, 6) - bare
     for k, P in enumerate(clusters.precisions):
         assert np.allclose(found[1:5, k], 0.15 * np.abs(P).sum())
         seen = np.linalg.inv(np.linalg.inv(P)[2:, 2:])  # the first frame's window lacks one

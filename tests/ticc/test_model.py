@@ -1,9 +1,14 @@
+import logging
+
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal
+from sklearn.base import clone
 from sklearn.metrics import adjusted_rand_score
 from threadpoolctl import threadpool_limits
 
 from mimeline.ticc import TICC
+from mimeline.ticc.frames import ArrayFrames
 
 
 def split(values, lengths):
@@ -110,6 +115,61 @@ def test_trailing_windows_label_the_same_windows_half_a_window_later(plant):
     assert np.mean(late.labels_[4:] == middle.labels_[2:-2]) > 0.99
 
 
+@pytest.mark.parametrize("boundary", ["mask", "paper"])
+def test_a_fit_goes_on_from_another_one(boundary, plant):
+    X, _ = plant([180, 180], seed=11)
+    given = {"n_clusters": 3, "window": 4, "beta": 5.0, "boundary": boundary, "null_value": -4.0}
+    first = TICC(**given).fit(X, [180, 180])
+    again = TICC(**given).fit(X, [180, 180], start=first)
+    assert again.n_iter_ <= 3
+    assert again.objective_ <= first.objective_ * (1 + 1e-6)
+    with pytest.raises(ValueError, match="start: found a fit of"):
+        TICC(**given | {"n_clusters": 5}).fit(X, [180, 180], start=first)
+
+
+def test_a_model_of_one_sequence_knows_no_null_between_others(plant):
+    X, _ = plant([600], seed=2)
+    model = TICC(n_clusters=3, window=4, boundary="paper").fit(X)
+    together = model.predict(X, [200, 250, 150])
+    alone = [model.predict(part) for part in split(X, [200, 250, 150])]
+    assert np.array_equal(together, np.concatenate(alone))
+
+
+def test_frames_that_look_like_the_null_sequences_are_told_of(plant, caplog):
+    X, _ = plant([200, 200], seed=2)
+    X[50:80] = -9.0
+    model = TICC(n_clusters=2, window=3, boundary="paper", null_value=-9.0)
+    with caplog.at_level(logging.WARNING):
+        model.fit(X, [200, 200])
+    lost = np.count_nonzero(model.labels_ == 2)
+    assert lost > 20
+    assert f"{lost} frames lie in the cluster of the null sequences" in caplog.text
+
+
+def test_the_estimator_is_scikit_learns(fitted):
+    fresh = clone(fitted).set_params(beta=7.0)
+    assert not hasattr(fresh, "means_")
+    assert fresh.get_params() == fitted.get_params() | {"beta": 7.0}
+
+
+class Failing(ArrayFrames):
+    """Frames of a disk that fails: blocks can still be read, short stretches no more."""
+
+    def read(self, begin, end):
+        if end - begin < len(self.X):
+            raise OSError("gone")
+        return super().read(begin, end)
+
+
+def test_a_refit_that_fails_leaves_no_half_of_a_model(series):
+    X, lengths, _ = series
+    model = TICC(n_clusters=3, window=4, max_iter=2).fit(X, lengths)
+    with pytest.raises(OSError, match="gone"):
+        model.fit(Failing(X * 2, lengths))
+    with pytest.raises(ValueError, match="not fitted"):
+        model.predict(X)
+
+
 def test_labels_to_start_from_are_kept_where_they_are_right(series, fitted):
     X, lengths, _ = series
     order = np.array([2, 0, 1])
@@ -122,7 +182,11 @@ def test_labels_to_start_from_are_kept_where_they_are_right(series, fitted):
 
 def test_a_type_of_number_changes_no_label(series, fitted):
     X, lengths, _ = series
-    assert np.array_equal(fitted.predict(X.astype(np.float32), lengths), fitted.labels_)
+    for kind in (np.float32, np.float16, ">f8", np.longdouble):
+        assert np.mean(fitted.predict(X.astype(kind), lengths) == fitted.labels_) > 0.999
+    assert np.array_equal(fitted.predict(np.asfortranarray(X), lengths), fitted.labels_)
+    assert np.array_equal(fitted.predict(np.repeat(X, 2, axis=1)[:, ::2], lengths), fitted.labels_)
+    assert fitted.predict(np.zeros((9, 3), dtype=np.uint8)).shape == (9,)
 
 
 def test_a_dearer_switch_gives_fewer_switches(series, fitted):
@@ -144,6 +208,36 @@ def test_a_unit_changes_no_label(series, fitted):
     units = np.array([100.0, 0.01, 1.0])
     model = TICC(n_clusters=3, window=4, beta=5.0, max_iter=15).fit(X * units + 7.0, lengths)
     assert np.array_equal(model.labels_, fitted.labels_)
+
+
+def test_the_score_is_the_mean_log_density_of_what_each_window_sees(plant):
+    X, _ = plant([60, 2, 50], seed=8)
+    X = X * [3.0, 0.1, 1.0] + 5.0
+    model = TICC(n_clusters=2, window=3, max_iter=4).fit(X, [60, 2, 50])
+    densities = []
+    for begin, end in ((0, 60), (60, 62), (62, 112)):
+        for t in range(begin, end):
+            offsets = np.arange(-1, 2)
+            inside = (t + offsets >= begin) & (t + offsets < end)
+            kept, k = np.repeat(inside, 3), model.labels_[t]
+            covariance = np.linalg.inv(model.precisions_[k])[np.ix_(kept, kept)]
+            normal = multivariate_normal(model.means_[k][kept], covariance)
+            densities.append(normal.logpdf(X[t + offsets[inside]].ravel()))
+    assert model.score(X, [60, 2, 50]) == pytest.approx(np.mean(densities))
+
+
+def test_a_penalised_cost_counts_each_frames_share_of_the_penalty(plant):
+    X, _ = plant([400], seed=8)
+    start = (np.arange(400) // 100) % 2
+    given = {"n_clusters": 2, "window": 3, "sparsity": 0.3, "max_iter": 1, "beta": 1e6}
+    paid = TICC(**given).fit(X, start=start)
+    bare = TICC(**given, cost="likelihood").fit(X, start=start)
+    assert np.ptp(paid.labels_) == np.ptp(bare.labels_) == 0  # no switch is worth its price
+    units = np.tile(paid.scale_, 3)
+    P = paid.precisions_[paid.labels_[0]] * np.multiply.outer(units, units)
+    share = 0.15 * np.abs(P).sum()
+    ends = share * 2 / 3  # about: a window that the border cuts has fewer entries
+    assert paid.objective_ - bare.objective_ == pytest.approx(398 * share + 2 * ends, rel=0.01)
 
 
 def test_one_cluster_holds_every_frame_and_nothing_else_is_near(series):
@@ -209,6 +303,21 @@ def test_a_model_of_another_format_is_refused(fitted, tmp_path):
         TICC.load(tmp_path)
 
 
+def test_a_damaged_model_is_refused(fitted, tmp_path):
+    fitted.save(tmp_path)
+    whole = (tmp_path / "model.npz").read_bytes()
+    for damaged in (whole[: len(whole) // 2], b"", b"PK"):
+        (tmp_path / "model.npz").write_bytes(damaged)
+        with pytest.raises(ValueError):
+            TICC.load(tmp_path)
+    for text in ("[]", "{}", "{"):
+        (tmp_path / "model.json").write_text(text)
+        with pytest.raises(ValueError):
+            TICC.load(tmp_path)
+    with pytest.raises(ValueError, match="found no whole model of TICC"):
+        TICC.load(tmp_path / "nowhere")
+
+
 def test_what_cannot_be_clustered_is_refused_with_its_place(plant):
     X, _ = plant([100])
     bad = X.copy()
@@ -227,13 +336,22 @@ def test_what_cannot_be_clustered_is_refused_with_its_place(plant):
         TICC(n_clusters=2).fit(X, [60, 30])
     with pytest.raises(ValueError, match="beta: found -1"):
         TICC(beta=-1).fit(X)
+    for wrong in ({"beta": "3"}, {"n_clusters": 3.0}, {"seed": -1}, {"null_value": np.nan}):
+        (name, value), *_ = wrong.items()
+        with pytest.raises(ValueError, match=f"{name}: found {value!r}, expected"):
+            TICC(**wrong).fit(X)
     with pytest.raises(ValueError, match="boundary: found 'masked', expected one of"):
         TICC(boundary="masked").fit(X)
     with pytest.raises(ValueError, match="not fitted"):
         TICC().predict(X)
 
 
-def test_a_fitted_model_refuses_other_channels(series, fitted):
+def test_a_fitted_model_refuses_what_it_cannot_label(series, fitted):
     X, lengths, _ = series
+    bad = X.copy()
+    bad[17, 2] = np.inf
+    for ask in (fitted.predict, fitted.decode, fitted.score):
+        with pytest.raises(ValueError, match="found inf at frame 17, channel 2"):
+            ask(bad, lengths)
     with pytest.raises(ValueError, match="found 2 channels, expected 3"):
         fitted.predict(X[:, :2], lengths)

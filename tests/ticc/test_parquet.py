@@ -49,6 +49,12 @@ def test_null_sequences_stand_between_the_sequences_of_files(frames, series):
     assert np.array_equal(paper.fit(frames).labels_, paper.fit(X, lengths).labels_)
 
 
+def test_null_sequences_may_be_longer_than_any_block(frames):
+    paper = TICC(n_clusters=3, window=4, boundary="paper", max_iter=2, null_length=3000)
+    assert len(paper.fit(frames).labels_) == frames.lengths.sum()
+    assert frames.read(0, 0).shape == (0, 3)
+
+
 def test_a_gap_in_the_count_of_frames_ends_a_sequence(tmp_path):
     path = tmp_path / "gap.parquet"
     rows = pd.DataFrame({"clip": ["x"] * 6, "frame": [0, 1, 2, 5, 6, 7], "a": np.arange(6.0)})
@@ -59,6 +65,12 @@ def test_a_gap_in_the_count_of_frames_ends_a_sequence(tmp_path):
 def test_what_cannot_be_read_is_refused_with_its_file(shards, tmp_path):
     with pytest.raises(ValueError, match=r"0\.parquet: found no column 'd'"):
         ParquetFrames(shards, ["a", "d"], "clip", "frame")
+    with pytest.raises(
+        ValueError, match=r"0\.parquet, column 'clip': found .*string, expected numb"
+    ):
+        ParquetFrames(shards, ["a", "clip"], "clip", "frame")
+    with pytest.raises(ValueError, match="channels: found none"):
+        ParquetFrames(shards, [], "clip", "frame")
     broken = tmp_path / "broken.parquet"
     broken.write_bytes(b"PAR1 and no more")
     with pytest.raises(ValueError, match=r"broken\.parquet: "):

@@ -27,11 +27,18 @@ def test_surroundings_are_moments_cut_at_the_borders():
 
 def test_an_excerpt_takes_whole_pieces_of_single_sequences():
     lengths = np.array([50, 7, 120, 30])
-    begins, pieces = excerpt(lengths, 80, 40, np.random.default_rng(1))
+    begins, pieces = excerpt(lengths, 5, 80, 40, np.random.default_rng(1))
     assert 80 <= pieces.sum() < 120 and pieces.max() <= 40
     sequence = np.repeat(np.arange(4), lengths)
     parts = [np.arange(b, b + size) for b, size in zip(begins, pieces, strict=True)]
     assert all(len(set(sequence[part])) == 1 for part in parts)
     assert (np.diff(np.concatenate(parts)) > 0).all()
-    begins, sizes = excerpt(lengths, 1000, 1000, np.random.default_rng(1))
+    begins, sizes = excerpt(lengths, 5, 1000, 1000, np.random.default_rng(1))
     assert begins.tolist() == [0, 50, 57, 177] and np.array_equal(sizes, lengths)
+
+
+def test_pieces_that_hold_no_whole_window_are_drawn_last():
+    lengths = np.array([2] * 200 + [300])
+    for seed in range(5):
+        _, sizes = excerpt(lengths, 5, 100, 100, np.random.default_rng(seed))
+        assert sizes.max() == 100

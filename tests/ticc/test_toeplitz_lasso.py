@@ -51,6 +51,15 @@ def test_a_cluster_that_never_moves_has_a_bounded_precision():
     assert np.allclose(P, np.eye(6) / 0.11, rtol=1e-3)
 
 
+def test_what_stops_early_is_positive_definite_all_the_same():
+    rng = np.random.default_rng(0)
+    smooth = np.cumsum(rng.normal(size=(400, 12)), axis=1)  # near singular
+    S = np.cov(smooth, rowvar=False)[None]
+    for steps in range(1, 12):
+        P = toeplitz_lasso(S, 4, 1e-4, max_iter=steps).precisions
+        assert np.linalg.eigvalsh(P).min() > 0
+
+
 def test_clusters_do_not_touch_each_other():
     S = covariances(4, 6, seed=3)
     together = toeplitz_lasso(S, 2, 0.1).precisions

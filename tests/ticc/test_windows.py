@@ -35,7 +35,7 @@ def test_only_the_products_that_are_held_are_asked_for():
 def test_windows_are_cut_where_they_would_reach_over_a_border(reach, windows_of):
     lengths = [1, 9, 3, 4, 2]
     windows = windows_of(np.zeros((19, 1)), lengths, reach.window, reach)
-    found = dict(zip(windows.cut.tolist(), windows.lacks.tolist(), strict=True))
+    found = dict(zip(windows.cut.tolist(), windows.lacks[windows.kind].tolist(), strict=True))
     begin = 0
     for length in lengths:
         for t in range(begin, begin + length):
@@ -53,3 +53,10 @@ def test_blocks_cover_every_frame_once_and_their_values_are_those_of_the_windows
     padded = np.pad(X, ((2, 2), (0, 0)))
     for begin, end in blocks:
         assert np.array_equal(windows.values(begin, end).T, padded[begin : end + 4])
+
+
+def test_blocks_are_shorter_where_a_window_has_many_products(windows_of):
+    assert (
+        max(end - begin for begin, end in windows_of(np.zeros((3000, 40)), [3000], 10).blocks())
+        < 100
+    )

@@ -54,12 +54,8 @@ class Fit:
 
 def trellis(windows: Windows, gaussians: Gaussians, setting: Setting) -> Trellis:
     """The cheapest labels of the windows' frames."""
-    costs = Costs(gaussians, windows.reach, setting.sparsity if setting.penalised else 0.0)
-
-    def of(begin, end):
-        return costs.of(windows, begin, end)
-
-    return Trellis(of, windows.blocks(), windows.opens, len(gaussians), setting.beta)
+    costs = Costs(gaussians, windows, setting.sparsity if setting.penalised else 0.0)
+    return Trellis(costs.of, windows.blocks(), windows.opens, len(gaussians), setting.beta)
 
 
 def descend(windows: Windows, labels, setting: Setting) -> Fit:
@@ -108,10 +104,10 @@ def descend(windows: Windows, labels, setting: Setting) -> Fit:
 def _own_costs(windows: Windows, labels, fit: Fit | None) -> np.ndarray:
     """(T,): what each frame costs in its cluster; before there are any, its distance from all."""
     own = np.empty(windows.n_frames)
-    costs = Costs(fit.gaussians, windows.reach) if fit else None
+    costs = Costs(fit.gaussians, windows) if fit else None
     for begin, end in windows.blocks():
         if costs:
-            block = costs.of(windows, begin, end)
+            block = costs.of(begin, end)
             own[begin:end] = block[np.arange(end - begin), labels[begin:end]]
         else:
             whole = windows.values(begin, end)[:, windows.reach.before :]

@@ -58,26 +58,56 @@ class Separated:
         return values
 
 
-def stretches(n_frames: int):
-    """(begin, end) of consecutive stretches that cover n_frames."""
-    for begin in range(0, n_frames, STRETCH):
-        yield begin, min(begin + STRETCH, n_frames)
+def source(X, lengths=None) -> Frames:
+    """X as a source of frames: (T, n) numbers with lengths (S,), or one that is a source already.
+
+    Raises ValueError that says what was found and expected.
+    """
+    if hasattr(X, "read") and hasattr(X, "lengths"):
+        if lengths is not None:
+            raise ValueError("lengths: found some beside a source of frames, which has its own")
+        return X
+    X = np.asarray(X)
+    if X.ndim != 2 or not X.size or X.dtype.kind not in "fiub":
+        raise ValueError(
+            f"X: found shape {X.shape} of {X.dtype}, expected numbers (frames, channels), "
+            f"both above 0"
+        )
+    if X.dtype not in (np.float32, np.float64, np.int64):
+        X = X.astype(np.float64)
+    lengths = np.array([len(X)] if lengths is None else lengths)
+    if lengths.ndim != 1 or lengths.dtype.kind not in "iu" or (lengths < 1).any():
+        raise ValueError(f"lengths: found {lengths.tolist()}, expected whole numbers above 0")
+    if lengths.sum() != len(X):
+        raise ValueError(f"lengths: found a sum of {lengths.sum()}, expected {len(X)}, as X has")
+    return ArrayFrames(X, lengths.astype(np.int64))
+
+
+def require_finite(frames: Frames) -> None:
+    """Raises ValueError with the place of the first number that is not finite."""
+    for begin, end in _stretches(frames):
+        values = np.asarray(frames.read(begin, end))
+        if not np.isfinite(values).all():
+            row, column = np.argwhere(~np.isfinite(values))[0]
+            raise ValueError(
+                f"X: found {values[row, column]} at frame {begin + row}, channel {column}, "
+                f"expected finite numbers"
+            )
 
 
 def moments(frames: Frames) -> tuple[np.ndarray, np.ndarray]:
-    """Mean (n,) and standard deviation (n,) of each channel.
+    """Mean (n,) and standard deviation (n,) of each channel of finite frames.
 
-    Raises ValueError with the place of what is not finite, and for channels that are constant.
+    Raises ValueError for channels that are constant.
     """
     n_frames = int(frames.lengths.sum())
     total, largest = np.zeros(frames.n_channels), np.zeros(frames.n_channels)
-    for begin, end in stretches(n_frames):
+    for begin, end in _stretches(frames):
         values = np.asarray(frames.read(begin, end), dtype=np.float64)
-        _require_finite(values, begin)
         total += values.sum(axis=0)
         largest = np.maximum(largest, np.abs(values).max(axis=0))
     mean, square = total / n_frames, np.zeros(frames.n_channels)
-    for begin, end in stretches(n_frames):
+    for begin, end in _stretches(frames):
         square += ((frames.read(begin, end) - mean) ** 2).sum(axis=0)
     deviation = np.sqrt(square / n_frames)
     constant = np.flatnonzero(deviation <= 1e-9 * np.maximum(largest, 1e-300))
@@ -88,10 +118,7 @@ def moments(frames: Frames) -> tuple[np.ndarray, np.ndarray]:
     return mean, deviation
 
 
-def _require_finite(values, begin):
-    if not np.isfinite(values).all():
-        row, column = np.argwhere(~np.isfinite(values))[0]
-        raise ValueError(
-            f"X: found {values[row, column]} at frame {begin + row}, channel {column}, "
-            f"expected finite numbers"
-        )
+def _stretches(frames: Frames):
+    n_frames = int(frames.lengths.sum())
+    for begin in range(0, n_frames, STRETCH):
+        yield begin, min(begin + STRETCH, n_frames)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numba import njit
 
-from .windows import Products, Reach, Windows, describe
+from .windows import Products, Windows, describe
 
 
 @dataclass(frozen=True)
@@ -30,48 +30,53 @@ class Costs:
     lags and pairs of channels that are not zero in all clusters, and of the window's own frames.
     """
 
-    def __init__(self, gaussians: Gaussians, reach: Reach, penalty: float = 0.0):
+    def __init__(self, gaussians: Gaussians, windows: Windows, penalty: float = 0.0):
         means, precisions = gaussians.means, gaussians.precisions
         n_clusters, size = means.shape
-        self.window = reach.window
-        self.means = means
+        self.windows, self.window, self.means = windows, windows.reach.window, means
         n = size // self.window
-        self.partial, logdets = marginals(precisions, reach)
-        front, back = np.indices(logdets.shape[:2])
-        numbers = ((self.window - front - back) * n)[..., None]  # (before + 1, after + 1, 1)
-        penalties = penalty * np.abs(self.partial).sum(axis=(-2, -1))  # (.., .., K)
-        self.constants = 0.5 * (numbers * np.log(2 * np.pi) - logdets + penalties)
+        self.partial, self.constants = [], []
+        for front, back in [(0, 0), *windows.lacks]:
+            P, logdet = marginal(precisions, front * n, size - back * n)
+            number = size - (front + back) * n
+            paid = penalty * np.abs(P).sum(axis=(1, 2))  # (K,)
+            self.partial.append(P)
+            self.constants.append(0.5 * (number * np.log(2 * np.pi) - logdet + paid))
+        self.partial = np.array(self.partial[1:]).reshape(-1, *precisions.shape)  # (C, K, wn, wn)
+        whole, *cut = self.constants
+        self.constants = np.array(cut).reshape(-1, n_clusters)  # (C, K)
 
         lags = np.swapaxes(precisions[:, :n].reshape(n_clusters, n, self.window, n), 1, 2)
         self.products = Products.of((lags != 0).any(axis=0))
         lag, first, second = self.products.lag, self.products.first, self.products.second
         once = (lag == 0) & (first == second)  # any other product stands twice in the square
         linear = np.einsum("kij,kj->ki", precisions, means)  # (K, wn)
-        least = self.constants[0, 0] + 0.5 * np.einsum("ki,ki->k", linear, means)  # (K,)
+        least = whole + 0.5 * np.einsum("ki,ki->k", linear, means)  # (K,)
         squares = np.where(once, 0.5, 1.0) * lags[:, lag, first, second]  # (K, F)
         self.weights = np.concatenate([least[:, None], -linear, squares], axis=1).T  # (R, K)
 
-    def of(self, windows: Windows, begin: int, end: int) -> np.ndarray:
+    def of(self, begin: int, end: int) -> np.ndarray:
         """(end - begin, K): the costs of frames begin to end in each cluster."""
-        values = windows.values(begin, end)
+        values = self.windows.values(begin, end)
         costs = describe(values, self.window, self.products).T @ self.weights
-        at, lacks = windows.cuts(begin, end)
+        at, kind = self.windows.cuts(begin, end)
         if len(at):
-            _cut_costs(values, at, lacks, self.means, self.partial, self.constants, costs)
+            lacks = self.windows.lacks
+            _cut_costs(values, at, kind, lacks, self.means, self.partial, self.constants, costs)
         return costs
 
 
 @njit(cache=True)
-def _cut_costs(values, at, lacks, means, partial, constants, costs):
+def _cut_costs(values, at, kinds, lacks, means, partial, constants, costs):
     n = len(values)
     n_clusters, size = means.shape
     seen, deviation = np.empty(size), np.empty(size)
-    for t, (front, back) in zip(at, lacks):  # noqa: B905
-        low, high = front * n, size - back * n
+    for t, kind in zip(at, kinds):  # noqa: B905
+        low, high = lacks[kind, 0] * n, size - lacks[kind, 1] * n
         for i in range(low, high):
             seen[i] = values[i % n, t + i // n]
         for k in range(n_clusters):
-            P = partial[front, back, k]
+            P = partial[kind, k]
             square = 0.0
             for i in range(low, high):  # row by row of the lower triangle
                 deviation[i] = seen[i] - means[k, i]
@@ -79,37 +84,25 @@ def _cut_costs(values, at, lacks, means, partial, constants, costs):
                 for j in range(low, i):
                     product += P[i, j] * deviation[j]
                 square += (2 * product + P[i, i] * deviation[i]) * deviation[i]
-            costs[t, k] = 0.5 * square + constants[front, back, k]
+            costs[t, k] = 0.5 * square + constants[kind, k]
 
 
-def marginals(precisions: np.ndarray, reach: Reach) -> tuple[np.ndarray, np.ndarray]:
-    """Precisions and log-determinants of what is left of each cluster's window at a border.
+def marginal(precisions: np.ndarray, low: int, high: int) -> tuple[np.ndarray, np.ndarray]:
+    """Precisions and log-determinants (K,) of the entries low to high of Gaussians.
 
-    precisions (K, wn, wn). Returns (before + 1, after + 1, K, wn, wn), indexed by the frames that
-    lack at the front and at the back, each marginal at its own rows and columns (zeros elsewhere),
-    and (before + 1, after + 1, K). The marginal of a Gaussian drops rows of the covariance; in
-    precisions that is a Schur complement, taken here a frame at a time.
+    precisions (K, d, d). Returns (K, d, d), each marginal at its own rows and columns, zeros
+    elsewhere. The marginal of a Gaussian drops rows of the covariance; in precisions that is a
+    Schur complement.
     """
-    n_clusters, size, _ = precisions.shape
-    n = size // reach.window
-    partial = np.zeros((reach.before + 1, reach.after + 1, *precisions.shape))
-    logdets = np.empty((reach.before + 1, reach.after + 1, n_clusters))
-    for front in range(reach.before + 1):
-        for back in range(reach.after + 1):
-            kept = slice(front * n, size - back * n)
-            if not front and not back:
-                partial[0, 0] = precisions
-            elif back:
-                gone = slice(size - back * n, size - (back - 1) * n)
-                partial[front, back, :, kept, kept] = _schur(partial[front, back - 1], kept, gone)
-            else:
-                gone = slice((front - 1) * n, front * n)
-                partial[front, 0, :, kept, kept] = _schur(partial[front - 1, 0], kept, gone)
-            logdets[front, back] = np.linalg.slogdet(partial[front, back, :, kept, kept])[1]
-    return partial, logdets
-
-
-def _schur(P, kept, gone):
-    inside = np.linalg.solve(P[:, gone, gone], P[:, gone, kept])  # (K, n, kept)
-    rest = P[:, kept, kept] - P[:, kept, gone] @ inside  # (K, kept, kept)
-    return (rest + np.swapaxes(rest, 1, 2)) / 2
+    size = precisions.shape[1]
+    gone = np.r_[:low, high:size]
+    rest = precisions[:, low:high, low:high]
+    if len(gone):
+        beside = precisions[:, gone, low:high]
+        rest = rest - np.swapaxes(beside, 1, 2) @ np.linalg.solve(
+            precisions[:, gone[:, None], gone], beside
+        )
+        rest = (rest + np.swapaxes(rest, 1, 2)) / 2
+    whole = np.zeros_like(precisions)
+    whole[:, low:high, low:high] = rest
+    return whole, np.linalg.slogdet(rest)[1]

@@ -5,16 +5,18 @@ Gaussian explains the window around it best, and switching clusters has a price.
 """
 
 import hashlib
-import inspect
 import json
 import logging
+import zipfile
+from numbers import Integral, Real
 from pathlib import Path
 
 import numpy as np
+from sklearn.base import BaseEstimator
 from threadpoolctl import threadpool_limits
 
 from .descent import Fit, Setting, descend, trellis
-from .frames import ArrayFrames, Frames, Separated, moments
+from .frames import ArrayFrames, Frames, Separated, moments, require_finite, source
 from .likelihood import Costs, Gaussians
 from .start import excerpt, starts
 from .windows import ALIGNMENTS, Windows
@@ -24,6 +26,8 @@ log = logging.getLogger(__name__)
 FORMAT = 2
 OUTCOME = ("objective_", "n_iter_", "converged_")
 LEARNED = ("means_", "precisions_", "center_", "scale_", "labels_")
+COUNTS = {"n_clusters": 1, "window": 1, "max_iter": 1, "null_length": 1, "seed": 0}  # least ones
+NUMBERS = {"beta": 0, "sparsity": 0, "null_value": -np.inf}
 CHOICES = {
     "boundary": ("mask", "paper"),
     "alignment": tuple(ALIGNMENTS),
@@ -33,7 +37,7 @@ RACE_FRAMES, RACE_PIECE = 12_000, 2_000  # frames that starts are compared on, l
 RACE_STEPS, FINALISTS, REPEATS = 3, 2, 2  # iterations of each, how many go on, starts per span
 
 
-class TICC:
+class TICC(BaseEstimator):
     """Clusters the frames of sequences by the pattern of motion around them.
 
     n_clusters: K. window: frames per window, w. beta: price of a switch, in nats (the paper's unit;
@@ -95,54 +99,60 @@ class TICC:
     def fit(self, X, lengths=None, start=None) -> "TICC":
         """Learn the clusters of X (T, n), sequences of lengths (S,) frames end to end.
 
-        start (T,): labels to begin from, as labels_ of another fit; without them several starts
-        are tried on an excerpt.
+        start: labels (T,) to begin from, or a fitted TICC whose clusters label the frames first;
+        without it several starts are tried on an excerpt.
         """
         self._check_parameters()
-        frames = _source(X, lengths)
-        self._check_amount(frames.lengths)
+        frames = source(X, lengths)
+        require_finite(frames)
+        separates = self.boundary == "paper" and len(frames.lengths) > 1
+        self._check_amount(frames.lengths, separates)
         if start is not None:
-            known = self.n_clusters + int(self._separates(frames))  # labels_ may hold the null's
-            start = _check_start(start, frames.lengths, known)
-        self.center_, deviation = moments(frames)
+            start = self._check_start(start, frames, self.n_clusters + int(separates))
+        center, deviation = moments(frames)
+        for name in (*LEARNED, *OUTCOME):
+            vars(self).pop(name, None)  # what an earlier fit learned
+        self.center_ = center
         self.scale_ = deviation if self.standardise else np.ones_like(deviation)
         with threadpool_limits(1):  # on matrices this small threads only wait for each other
-            fit = self._learn(frames, start)
+            fit = self._learn(frames, separates, start)
             self.n_iter_, self.converged_ = fit.iterations, fit.converged
             units = np.tile(self.scale_, self.window)  # (wn,)
             self.means_ = fit.gaussians.means * units + np.tile(self.center_, self.window)
             self.precisions_ = fit.gaussians.precisions / np.multiply.outer(units, units)
             path, real = self._path(frames)
         self.labels_, self.objective_ = path.labels[real], path.objective
+        if lost := np.count_nonzero(self.labels_ == self.n_clusters):
+            log.warning("%d frames lie in the cluster of the null sequences", lost)
         return self
 
-    def _learn(self, frames: Frames, start) -> Fit:
-        separates = self._separates(frames)
+    def _learn(self, frames: Frames, separates: bool, start) -> Fit:
         n_clusters = self.n_clusters + int(separates)
+        setting = self._setting(n_clusters, self.max_iter)
         windows, real = self._view(frames, separates)
         if start is None:
-            found = self._search(frames)
-            labels = trellis(windows, found, self._setting(len(found))).labels
+            labels = trellis(windows, self._search(frames, separates), setting).labels
+        elif isinstance(start, TICC):
+            labels = trellis(windows, self._clusters_of(start), setting).labels
         else:
             labels = _between_nulls(start, real, self.n_clusters)
-        fit = descend(windows, labels, self._setting(n_clusters, self.max_iter))
+        fit = descend(windows, labels, setting)
         if separates:
             null = int(np.bincount(fit.labels[~real]).argmax())
-            order = [k for k in range(self.n_clusters + 1) if k != null] + [null]
+            order = [k for k in range(n_clusters) if k != null] + [null]
             found = fit.gaussians
             fit.gaussians = Gaussians(found.means[order], found.precisions[order])
         return fit
 
-    def _search(self, frames: Frames) -> Gaussians:
+    def _search(self, frames: Frames, separates: bool) -> Gaussians:
         """Clusters from the start whose descent comes lowest, on an excerpt of the frames.
 
         Several starts are worth their time: runs that end lower lie nearer to known states.
         """
         rng = np.random.default_rng(self.seed)
-        begins, pieces = excerpt(frames.lengths, RACE_FRAMES, RACE_PIECE, rng)
+        begins, pieces = excerpt(frames.lengths, self.window, RACE_FRAMES, RACE_PIECE, rng)
         read = [frames.read(b, b + size) for b, size in zip(begins, pieces, strict=True)]
         part = ArrayFrames(np.concatenate(read), pieces)
-        separates = self._separates(frames)  # pieces of one sequence are no sequences of their own
         windows, real = self._view(part, separates)
         features = (part.X - self.center_) / self.scale_
         count = self.n_clusters + int(separates)
@@ -180,21 +190,17 @@ class TICC:
         """Mean log-likelihood, nats, of each frame's window in its cluster; higher is better."""
         frames = self._check_fitted(X, lengths)
         windows, real = self._view(frames, self._separates(frames))
-        costs, total = Costs(self._gaussians(), windows.reach), 0.0
         seen = np.full(windows.n_frames, self.window)  # frames that a window holds
-        seen[windows.cut] -= windows.lacks.sum(axis=1)
+        seen[windows.cut] -= windows.lacks.sum(axis=1)[windows.kind]
+        total = 0.0
         with threadpool_limits(1):
             labels = self._path(frames)[0].labels
+            costs = Costs(self._clusters_of(self), windows)
             for begin, end in windows.blocks():
-                block = costs.of(windows, begin, end)
-                own = block[np.arange(end - begin), labels[begin:end]]
+                own = costs.of(begin, end)[np.arange(end - begin), labels[begin:end]]
                 total += own[real[begin:end]].sum()
         volume = np.log(self.scale_).sum() * seen[real].sum()  # costs are in units of the scale
         return -float(total + volume) / np.count_nonzero(real)
-
-    def get_params(self) -> dict:
-        """The constructor's arguments by name."""
-        return {name: _plain(getattr(self, name)) for name in inspect.signature(TICC).parameters}
 
     def fingerprint(self) -> str:
         """16 hex digits that change with a parameter or with the cluster of a frame.
@@ -202,7 +208,7 @@ class TICC:
         Learned numbers differ in their last digits from one processor to another; labels do not.
         """
         self._require_fit()
-        facts = {"format": FORMAT, "parameters": self.get_params()}
+        facts = {"format": FORMAT, "parameters": self._parameters()}
         digest = hashlib.sha256(json.dumps(facts, sort_keys=True).encode())
         digest.update(np.ascontiguousarray(self.labels_, dtype="<i8").tobytes())
         return digest.hexdigest()[:16]
@@ -219,22 +225,29 @@ class TICC:
     def load(cls, folder) -> "TICC":
         """The model that `save` wrote. Raises ValueError where the folder holds no such model."""
         folder = Path(folder)
-        facts = json.loads((folder / "model.json").read_text())
-        if facts.get("format") != FORMAT:
-            raise ValueError(
-                f"{folder / 'model.json'}: found format {facts.get('format')}, expected {FORMAT}"
-            )
-        model = cls(**facts["parameters"])
-        for name in OUTCOME:
-            setattr(model, name, facts["fit"][name])
-        with np.load(folder / "model.npz", allow_pickle=False) as arrays:
-            for name in LEARNED:
-                setattr(model, name, arrays[name])
+        try:
+            facts = json.loads((folder / "model.json").read_text())
+            if facts["format"] != FORMAT:
+                place = folder / "model.json"
+                raise ValueError(f"{place}: found format {facts['format']}, expected {FORMAT}")
+            model = cls(**facts["parameters"])
+            for name in OUTCOME:
+                setattr(model, name, facts["fit"][name])
+            with np.load(folder / "model.npz", allow_pickle=False) as arrays:
+                for name in LEARNED:
+                    setattr(model, name, arrays[name])
+        except (OSError, EOFError, KeyError, TypeError, zipfile.BadZipFile) as error:
+            raise ValueError(f"{folder}: found no whole model of TICC: {error!r}") from error
         return model
 
     def _facts(self) -> dict:
         fit = {name: getattr(self, name) for name in OUTCOME}
-        return {"format": FORMAT, "parameters": self.get_params(), "fit": fit}
+        return {"format": FORMAT, "parameters": self._parameters(), "fit": fit}
+
+    def _parameters(self) -> dict:
+        """The constructor's arguments as JSON takes them."""
+        given = self.get_params().items()
+        return {name: v.item() if isinstance(v, np.generic) else v for name, v in given}
 
     def _setting(self, n_clusters: int, max_iter: int = 1) -> Setting:
         penalised = self.cost == "penalised"
@@ -250,16 +263,18 @@ class TICC:
         return Windows(frames, reach, self.center_, self.scale_), real
 
     def _separates(self, frames: Frames) -> bool:
-        return self.boundary == "paper" and len(frames.lengths) > 1
+        """Whether null sequences stand between frames: a fit of one sequence knows none."""
+        return len(self.means_) > self.n_clusters and len(frames.lengths) > 1
 
-    def _gaussians(self) -> Gaussians:
+    def _clusters_of(self, learned: "TICC") -> Gaussians:
+        """What another fit learned, in this one's units of the channels."""
         units = np.tile(self.scale_, self.window)  # (wn,)
-        means = (self.means_ - np.tile(self.center_, self.window)) / units
-        return Gaussians(means, self.precisions_ * np.multiply.outer(units, units))
+        means = (learned.means_ - np.tile(self.center_, self.window)) / units
+        return Gaussians(means, learned.precisions_ * np.multiply.outer(units, units))
 
     def _path(self, frames: Frames):
         windows, real = self._view(frames, self._separates(frames))
-        gaussians = self._gaussians()
+        gaussians = self._clusters_of(self)
         return trellis(windows, gaussians, self._setting(len(gaussians))), real
 
     def _require_fit(self):
@@ -268,24 +283,41 @@ class TICC:
 
     def _check_fitted(self, X, lengths) -> Frames:
         self._require_fit()
-        frames = _source(X, lengths)
+        frames = source(X, lengths)
         expected = self.means_.shape[1] // self.window
         if frames.n_channels != expected:
             raise ValueError(f"X: found {frames.n_channels} channels, expected {expected}")
+        require_finite(frames)
         return frames
 
     def _check_parameters(self):
-        for name in ("n_clusters", "window", "max_iter", "null_length"):
-            if int(getattr(self, name)) != getattr(self, name) or getattr(self, name) < 1:
-                raise ValueError(f"{name}: found {getattr(self, name)}, expected 1, 2, 3, ...")
-        for name in ("beta", "sparsity"):
-            if not 0 <= getattr(self, name) < np.inf:
-                raise ValueError(f"{name}: found {getattr(self, name)}, expected 0 or more")
+        for name, least in COUNTS.items():
+            value = getattr(self, name)
+            if not isinstance(value, Integral) or value < least:
+                raise ValueError(f"{name}: found {value!r}, expected a whole number from {least}")
+        for name, least in NUMBERS.items():
+            value = getattr(self, name)
+            if not isinstance(value, Real) or not np.isfinite(value) or value < least:
+                raise ValueError(f"{name}: found {value!r}, expected a number from {least}")
         for name, known in CHOICES.items():
             if getattr(self, name) not in known:
                 raise ValueError(f"{name}: found {getattr(self, name)!r}, expected one of {known}")
 
-    def _check_amount(self, lengths):
+    def _check_start(self, start, frames: Frames, n_clusters: int):
+        if not isinstance(start, TICC):
+            return _check_labels(start, frames.lengths, n_clusters)
+        start._require_fit()
+        found, expected = start.means_.shape, (n_clusters, self.window * frames.n_channels)
+        if found != expected:
+            raise ValueError(
+                f"start: found a fit of {found[0]} clusters of {found[1]} numbers, "
+                f"expected {expected[0]} of {expected[1]}"
+            )
+        return start
+
+    def _check_amount(self, lengths, separates: bool):
+        if separates:
+            lengths = np.array([lengths.sum() + self.null_length * (len(lengths) - 1)])
         windows = int(np.maximum(lengths - self.window + 1, 0).sum())
         if windows < 2 * self.n_clusters:
             raise ValueError(
@@ -301,11 +333,7 @@ def _between_nulls(labels, real, null: int) -> np.ndarray:
     return series
 
 
-def _plain(value):
-    return value.item() if isinstance(value, np.generic) else value
-
-
-def _check_start(start, lengths, n_clusters: int) -> np.ndarray:
+def _check_labels(start, lengths, n_clusters: int) -> np.ndarray:
     start, n_frames = np.asarray(start), int(lengths.sum())
     if start.shape != (n_frames,) or start.dtype.kind not in "iu":
         raise ValueError(
@@ -317,23 +345,3 @@ def _check_start(start, lengths, n_clusters: int) -> np.ndarray:
             f"start: found labels {start.min()} to {start.max()}, expected 0 to {n_clusters - 1}"
         )
     return start
-
-
-def _source(X, lengths) -> Frames:
-    """X as a source of frames, found sound."""
-    if hasattr(X, "read"):
-        if lengths is not None:
-            raise ValueError("lengths: found some beside a source of frames, which has its own")
-        return X
-    X = np.asarray(X)
-    if X.ndim != 2 or not X.size or X.dtype.kind not in "fiub":
-        raise ValueError(
-            f"X: found shape {X.shape} of {X.dtype}, expected numbers (frames, channels), "
-            f"both above 0"
-        )
-    lengths = np.array([len(X)] if lengths is None else lengths)
-    if lengths.ndim != 1 or lengths.dtype.kind not in "iu" or (lengths < 1).any():
-        raise ValueError(f"lengths: found {lengths.tolist()}, expected whole numbers above 0")
-    if lengths.sum() != len(X):
-        raise ValueError(f"lengths: found a sum of {lengths.sum()}, expected {len(X)}, as X has")
-    return ArrayFrames(X, lengths.astype(np.int64))

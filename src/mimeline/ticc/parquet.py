@@ -14,16 +14,19 @@ class ParquetFrames:
     channels: the columns of numbers, in order. sequence, frame: the columns that say which sequence
     a row belongs to and where in it; a sequence ends where the one changes, where the other does
     not go up by one, and with its file. Rows without a sequence (separators) are left out.
-    Raises ValueError with the file for what is no Parquet file, lacks a column or holds no frame.
+    Raises ValueError with the file for what is no Parquet file, lacks a column of numbers or holds
+    no frame.
     """
 
     def __init__(self, paths: Sequence[Path], channels: Sequence[str], sequence: str, frame: str):
         self.channels = list(channels)
         self._groups = []  # (path, row group, whether all its rows are frames)
         sizes, starts, total = [], [], 0
-        for path in paths:
+        self._footers = {}
+        for path in [paths] if isinstance(paths, str | Path) else paths:
             last = None  # a file begins a sequence
-            for group, keys in _groups(path, [sequence, frame, *self.channels], [sequence, frame]):
+            self._footers[Path(path)] = footer = _footer(path, self.channels, sequence, frame)
+            for group, keys in _groups(path, footer, [sequence, frame]):
                 kept = keys.filter(keys[sequence].is_valid())
                 if not len(kept):
                     continue
@@ -38,9 +41,10 @@ class ParquetFrames:
         self.n_channels = len(self.channels)
         self._ends = np.cumsum(sizes)
         self._sequence, self._held = sequence, (-1, None)
-        self._footers = {Path(path): pq.read_metadata(path) for path in paths}
 
     def read(self, begin, end):
+        if begin == end:
+            return np.empty((0, self.n_channels))
         first, last = np.searchsorted(self._ends, [begin, end - 1], side="right")
         parts = []
         for index in range(first, last + 1):
@@ -61,12 +65,26 @@ class ParquetFrames:
         return self._held[1]
 
 
-def _groups(path, needed: list[str], columns: list[str]):
+def _footer(path, channels, sequence, frame) -> pq.FileMetaData:
     try:
-        with pq.ParquetFile(path) as file:
-            absent = [name for name in needed if name not in file.schema_arrow.names]
-            if absent:
-                raise ValueError(f"{path}: found no column {absent[0]!r}")
+        footer = pq.read_metadata(path)
+    except (pa.ArrowException, OSError) as error:
+        raise ValueError(f"{path}: {error}") from error
+    schema = footer.schema.to_arrow_schema()
+    if not channels:
+        raise ValueError("channels: found none, expected names of columns")
+    for name in (sequence, frame, *channels):
+        if name not in schema.names:
+            raise ValueError(f"{path}: found no column {name!r}, expected one")
+        kind = schema.field(name).type
+        if name in channels and not (pa.types.is_floating(kind) or pa.types.is_integer(kind)):
+            raise ValueError(f"{path}, column {name!r}: found {kind}, expected numbers")
+    return footer
+
+
+def _groups(path, footer: pq.FileMetaData, columns: list[str]):
+    try:
+        with pq.ParquetFile(path, metadata=footer) as file:
             for group in range(file.num_row_groups):
                 yield group, file.read_row_group(group, columns=columns)
     except (pa.ArrowException, OSError) as error:

@@ -10,10 +10,12 @@ from itertools import combinations
 import numpy as np
 from sklearn.metrics import adjusted_rand_score
 
+from .frames import Frames, moments, source
 from .model import TICC
+from .statistics import CUT
+from .windows import Products, Windows, describe, trailing
 
 RIDGE = 1e-6  # added to the moments of channels of unit variance: two may be one and the same
-AT_ONCE = 65_536  # windows that are held at a time
 
 
 def along_betas(
@@ -30,14 +32,13 @@ def along_betas(
     fits: dict[float, TICC] = {}
     start = None
     for beta in order:
-        fits[beta] = make(beta).fit(X, lengths, start=start)
-        start = fits[beta].labels_
+        start = fits[beta] = make(beta).fit(X, lengths, start=start)
     start = None
     for beta in reversed(order[1:]):
         other = make(beta).fit(X, lengths, start=start)
         if other.objective_ >= fits[beta].objective_:
             break
-        fits[beta], start = other, other.labels_
+        start = fits[beta] = other
     return fits
 
 
@@ -52,10 +53,11 @@ def bic(X, lengths, labels, window: int) -> float:
     X (T, n) · lengths (S,): sequences end to end, in any order. Channels count in units of their
     deviation.
     """
-    n = X.shape[1]
-    free = len(np.unique(labels)) * (n + n * (n + 1) / 2 + n * n * (window - 1)) + 1
-    scored = int(np.maximum(np.asarray(lengths) - window + 1, 0).sum())
-    likelihood = log_likelihood(X, lengths, labels, window) + log_path(labels, lengths)
+    frames = source(X, lengths)
+    n, used = frames.n_channels, len(np.unique(labels))
+    free = used * (n + n * (n + 1) / 2 + n * n * (window - 1)) + (used > 1)
+    scored = int(np.maximum(frames.lengths - window + 1, 0).sum())
+    likelihood = log_likelihood(frames, None, labels, window) + log_path(labels, frames.lengths)
     return float(-2 * likelihood + free * np.log(max(scored, 1)))
 
 
@@ -67,11 +69,12 @@ def log_likelihood(X, lengths, labels, window: int) -> float:
     what one average frame of the series would tell, so that few frames do not fit without an error:
     the unit information prior that BIC stands for (Kass, Wasserman 1995).
     """
-    n = X.shape[1]
-    counts, moments = _moments((X - X.mean(axis=0)) / X.std(axis=0), lengths, labels, window)
-    prior = moments.sum(axis=0) / max(counts.sum(), 1) + RIDGE * np.eye(moments.shape[1])
+    frames = source(X, lengths)
+    n = frames.n_channels
+    counts, squares = _moments(frames, labels, window)
+    prior = squares.sum(axis=0) / max(counts.sum(), 1) + RIDGE * np.eye(squares.shape[1])
     total = 0.0
-    for count, seen in zip(counts, moments, strict=True):
+    for count, seen in zip(counts, squares, strict=True):
         known = seen + prior
         weights = np.linalg.solve(known[:-n, :-n], known[:-n, -n:])  # (1 + (w - 1) n, n)
         error = np.concatenate([-weights, np.eye(n)])  # (1 + wn, n) what is left of a frame
@@ -82,25 +85,25 @@ def log_likelihood(X, lengths, labels, window: int) -> float:
     return float(total)
 
 
-def _moments(X, lengths, labels, window: int) -> tuple[np.ndarray, np.ndarray]:
+def _moments(frames: Frames, labels, window: int) -> tuple[np.ndarray, np.ndarray]:
     """Counts (K,) and second moments (K, 1 + wn, 1 + wn) of each cluster's trailing windows.
 
-    A window is led by a 1, so that the first row holds sums.
+    A window is led by a 1, so that the first row holds sums. Channels of unit variance.
     """
+    windows = Windows(frames, trailing(window), *moments(frames))
+    none = Products.of(np.zeros((window, frames.n_channels, frames.n_channels), dtype=bool))
     clusters, labels = np.unique(labels, return_inverse=True)
-    size = 1 + window * X.shape[1]
-    counts, moments = np.zeros(len(clusters)), np.zeros((len(clusters), size, size))
-    ends = np.cumsum(lengths)
-    age = np.arange(len(X)) - np.repeat(ends - lengths, lengths)  # (T,) frames before it
-    frames = np.flatnonzero(age >= window - 1)
-    for some in np.split(frames, range(AT_ONCE, len(frames), AT_ONCE)):
-        seen = X[some[:, None] + np.arange(1 - window, 1)].reshape(len(some), -1)  # (N, wn)
-        seen = np.concatenate([np.ones((len(some), 1)), seen], axis=1)  # (N, 1 + wn)
-        for k in np.unique(labels[some]):
-            own = seen[labels[some] == k]
-            counts[k] += len(own)
-            moments[k] += own.T @ own
-    return counts, moments
+    size = 1 + window * frames.n_channels
+    counts, squares = np.zeros(len(clusters)), np.zeros((len(clusters), size, size))
+    for begin, end in windows.blocks():
+        rows = describe(windows.values(begin, end), window, none)  # (1 + wn, B)
+        own = labels[begin:end].copy()
+        own[windows.cuts(begin, end)[0]] = CUT
+        for k in np.unique(own[own != CUT]):
+            seen = rows[:, own == k]
+            counts[k] += seen.shape[1]
+            squares[k] += seen @ seen.T
+    return counts, squares
 
 
 def log_path(labels, lengths) -> float:

@@ -62,10 +62,11 @@ def _mixture(features, n_clusters, rng):
         return mixture.fit_predict(features)
 
 
-def excerpt(lengths, amount: int, piece: int, rng: np.random.Generator):
+def excerpt(lengths, window: int, amount: int, piece: int, rng: np.random.Generator):
     """Begins and lengths of pieces of the sequences, drawn at random: some `amount` frames in all.
 
-    Sequences are cut into pieces of at most `piece` frames; the drawn ones stay in order.
+    Sequences are cut into pieces of at most `piece` frames; the drawn ones stay in order. Those
+    that hold no whole window come last.
     """
     begins, sizes = [], []
     for end, length in zip(np.cumsum(lengths), lengths, strict=True):
@@ -74,6 +75,7 @@ def excerpt(lengths, amount: int, piece: int, rng: np.random.Generator):
         sizes.append(np.minimum(begin + piece, end) - begin)
     begins, sizes = np.concatenate(begins), np.concatenate(sizes)
     order = rng.permutation(len(begins))
+    order = order[np.argsort(sizes[order] < window, kind="stable")]
     drawn = np.sort(order[np.cumsum(sizes[order]) - sizes[order] < amount])
     return begins[drawn], sizes[drawn]
 

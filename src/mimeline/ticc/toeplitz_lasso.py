@@ -12,6 +12,7 @@ log = logging.getLogger(__name__)
 RELAXATION = 1.6  # Boyd et al. 2011, section 3.4.3
 BALANCE = 2.0  # ratio of the residuals past which rho moves
 RHO_EVERY = 10  # iterations between moves of rho: more often and the residuals chase each other
+TINY = 1e-12  # of a relative residual: what is less is zero
 
 
 @dataclass
@@ -81,9 +82,9 @@ def toeplitz_lasso(
         near = primal <= tol * np.maximum(_norm(P), _norm(new))
         near &= dual <= tol * np.maximum(rho[active] * _norm(U[active]), _norm(S))
         if step % RHO_EVERY == 0:
-            p = primal / np.maximum(_norm(new), 1e-300)
-            d = dual / np.maximum(rho[active] * _norm(U[active]), 1e-300)
-            wish = np.sqrt(np.clip(p / np.maximum(d, 1e-300), 1e-4, 1e4))
+            p = primal / np.maximum(_norm(new), TINY)
+            d = dual / np.maximum(rho[active] * _norm(U[active]), TINY)
+            wish = np.sqrt(np.clip(p / np.maximum(d, TINY), 1e-4, 1e4))
             factor = np.where((wish**2 > BALANCE) | (wish**2 < 1 / BALANCE), wish, 1.0)
             rho[active] *= factor
             U[active] /= factor[:, None, None]

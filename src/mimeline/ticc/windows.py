@@ -12,7 +12,8 @@ from numba import njit
 
 from .frames import Frames
 
-BLOCK = 1024  # frames whose windows are described at a time: they stay in the processor's cache
+BLOCK, LEAST_BLOCK = 1024, 64  # frames whose windows are described at a time, most and least:
+CELLS = 2**20  # numbers of a description, so that it stays in the processor's cache
 
 
 @dataclass(frozen=True)
@@ -46,7 +47,8 @@ class Windows:
 
     What they see are frames less center (n,), in units of scale (n,).
     n_frames: T · opens (T,) bool: where a sequence begins · cut (M,): the frames whose window is
-    cut, ascending, and lacks (M, 2): how many frames it lacks at its front and its back.
+    cut, ascending · lacks (C, 2): how many frames a cut window lacks at its front and its back, in
+    the ways that there are · kind (M,): which of these each cut window is.
     """
 
     def __init__(self, frames: Frames, reach: Reach, center: np.ndarray, scale: np.ndarray):
@@ -58,12 +60,16 @@ class Windows:
         begins = ends - lengths
         self.opens = np.zeros(self.n_frames, dtype=bool)
         self.opens[begins] = True
-        self.cut, self.lacks = _cuts(begins, ends, reach.before, reach.after)
+        self.cut, lacks = _cuts(begins, ends, reach.before, reach.after)
+        self.lacks, self.kind = np.unique(lacks, axis=0, return_inverse=True)
+        products = Products.every(reach.window, frames.n_channels)
+        rows = 1 + reach.window * frames.n_channels + len(products.lag)
+        self._block = min(max(CELLS // rows, LEAST_BLOCK), BLOCK)
 
     def blocks(self):
         """(begin, end) of consecutive blocks of frames."""
-        for begin in range(0, self.n_frames, BLOCK):
-            yield begin, min(begin + BLOCK, self.n_frames)
+        for begin in range(0, self.n_frames, self._block):
+            yield begin, min(begin + self._block, self.n_frames)
 
     def values(self, begin: int, end: int) -> np.ndarray:
         """What the windows of frames begin to end see: channels (n, end - begin + w - 1).
@@ -77,9 +83,9 @@ class Windows:
         return values
 
     def cuts(self, begin: int, end: int) -> tuple[np.ndarray, np.ndarray]:
-        """Frames of begin to end whose window is cut, counted from begin, and what they lack."""
+        """Frames of begin to end whose window is cut, counted from begin, and of which kind."""
         some = slice(*self.cut.searchsorted((begin, end)))
-        return self.cut[some] - begin, self.lacks[some]
+        return self.cut[some] - begin, self.kind[some]
 
 
 def _cuts(begins, ends, before, after):
