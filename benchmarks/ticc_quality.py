@@ -16,16 +16,18 @@ absolute and mean signed distance of found switches from planted ones in frames,
 import argparse
 import json
 import time
+import warnings
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
+from sklearn.exceptions import ConvergenceWarning
 from sklearn.metrics import adjusted_rand_score, f1_score
 from sklearn.mixture import GaussianMixture
 
-from mimeline.ticc import TICC
+from mimeline.ticc import TICC, start
 from mimeline.toy import simulate
 from mimeline.vocabulary import SERIES_REGIONS, series_actions, series_channels
 
@@ -323,6 +325,24 @@ def print_mocap(seeds, folder: Path | None) -> None:
         print(f"seed {seed}  {cells}  mean {mean:.3f}", flush=True)
 
 
+def thin_out(every: int) -> None:
+    """Fit the start's mixtures on every nth frame: a search takes half the time."""
+
+    def mixture(features, n_clusters, rng):
+        fitted = GaussianMixture(
+            n_clusters,
+            init_params="k-means++",
+            reg_covar=start.RIDGE,
+            max_iter=start.EM_STEPS,
+            random_state=int(rng.integers(2**31)),
+        )
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ConvergenceWarning)
+            return fitted.fit(features[::every]).predict(features)
+
+    start._mixture = mixture
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -331,7 +351,10 @@ def main() -> None:
     parser.add_argument("--mocap", type=Path, help="folder of the MoCap takes")
     parser.add_argument("--toy-seeds", type=int, nargs="+", default=[7, 1])
     parser.add_argument("--fit-seeds", type=int, nargs="+", default=[0, 1])
+    parser.add_argument("--every", type=int, help="fit the start's mixtures on every nth frame")
     options = parser.parse_args()
+    if options.every:
+        thin_out(options.every)
     for name in options.tables:
         print(f"\n{name}")
         if name == "regions":

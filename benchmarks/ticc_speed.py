@@ -1,8 +1,8 @@
-"""How fast TICC is beside fast_ticc, how it grows, how far it stays from the machine's limits.
+"""How fast TICC is beside fast_ticc, and how it grows.
 
-python benchmarks/ticc_speed.py [iterations] [fit] [growth] [roofline] [--quick] [--long]
+python benchmarks/ticc_speed.py [iterations] [fit] [growth] [--quick] [--long]
 
-All four tables without a name. --quick: shorter series; --long: n = 9 on 600,000 frames as well.
+All three tables without a name. --quick: shorter series; --long: n = 9 on 600,000 frames as well.
 The peer is fast_ticc 1.1.0 (pip install fast_ticc==1.1.0), which only this file needs. One thread
 each; CPU seconds count the child process that runs the peer's ADMM.
 
@@ -11,7 +11,6 @@ iterations less a run of one, over the difference of their numbers: stacking, st
 cancel. agree: share of the peer's labels that are ours after the first iteration.
 fit: as a user calls it, search of a start to labels, on channels of unit variance for both.
 growth: iterations of ours on longer and longer series, in memory and out of Parquet shards.
-roofline: the floor that this machine's own rates set for an iteration beside what it takes.
 
 face: channels of the toy world, raw in [0, 1]. states: segments of 50-350 frames, each of one of K
 Gaussian moving averages, of unit variance about a mean. Long series draw such clips again with
@@ -23,7 +22,6 @@ import contextlib
 import importlib.metadata
 import io
 import logging
-import math
 import multiprocessing
 import os
 import resource
@@ -32,7 +30,6 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import pairwise
 from logging.handlers import BufferingHandler
 from pathlib import Path
@@ -41,60 +38,17 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
-from numba import njit
-from sklearn.mixture import GaussianMixture
+from ticc_series import BROW, CHANNELS, SEED, K, Series, Task, make
 
 from mimeline.ticc import TICC
-from mimeline.ticc.frames import ArrayFrames
-from mimeline.ticc.likelihood import Costs, Gaussians
 from mimeline.ticc.parquet import ParquetFrames
-from mimeline.ticc.statistics import cluster_statistics
-from mimeline.ticc.toeplitz_lasso import toeplitz_lasso
-from mimeline.ticc.viterbi import Trellis
-from mimeline.ticc.windows import ALIGNMENTS, Products, Windows, describe
-from mimeline.toy import simulate
 
 PEER = "1.1.0"
-K, SEED = 10, 0
 THREADS = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
-PEOPLE, CLIPS = 20, 100  # of the toy world that the face series draw from
-SEGMENT = (50, 350)  # frames of a state's segments
 SHARD, ROW_GROUP = 1_000_000, 65_536  # frames of a Parquet file and of a part of it
-BROW = ("browDownLeft", "browInnerUp", "browOuterUpLeft")
-FACE = (*BROW, "browDownRight", "browOuterUpRight")
-FACE += ("mouthSmileLeft", "mouthSmileRight", "mouthFrownLeft", "mouthFrownRight")
-CHANNELS = {3: BROW, 9: FACE}
-NOISE = {"face": 0.01, "states": 0.1}  # deviation of what is added to a clip drawn again
 REPEATS, PATIENCE_S = 7, 6.0  # most runs of one measurement; no further one after this long
 SMALL = 3_000  # frames of what is run once before, to compile
 MANY = {3: 6, 9: 3}  # iterations of the longer run, by channels
-
-
-@dataclass(frozen=True)
-class Task:
-    """A series to be made, and what to ask of it."""
-
-    data: str
-    n: int
-    window: int
-    frames: int
-    sparsity: float
-    beta: float
-
-    def __str__(self):
-        return (
-            f"{self.data:6} n={self.n} w={self.window:<2} K={K} T={self.frames:<8} "
-            f"sparsity={self.sparsity:<5g} beta={self.beta:g}"
-        )
-
-
-@dataclass
-class Series:
-    """Clips end to end: X (T, n) or a source of it, lengths (S,), labels (T,) to start from."""
-
-    X: np.ndarray | ParquetFrames
-    lengths: np.ndarray
-    labels: np.ndarray
 
 
 @dataclass
@@ -107,51 +61,6 @@ class Cost:
 
 
 Run = Callable[[int], tuple[int, np.ndarray]]  # most iterations -> iterations done, labels
-
-
-def face_clips(n: int) -> list[np.ndarray]:
-    """Clips (frames, n) of the toy world's tracked channels."""
-    motion = simulate(PEOPLE, CLIPS, SEED).motion
-    return [clip.to_numpy(float) for _, clip in motion.groupby("clip_id")[list(CHANNELS[n])]]
-
-
-def state_clips(n: int, window: int) -> list[np.ndarray]:
-    """Clips (frames, n) of one state each: moving averages of white noise over a window."""
-    rng = np.random.default_rng(SEED)
-    filters = rng.normal(size=(K, window, n, n))
-    filters /= np.sqrt((filters**2).sum(axis=(1, 2), keepdims=True))  # unit variance
-    means = 0.5 * rng.normal(size=(K, n))
-    clips = []
-    for state in rng.permutation(np.arange(CLIPS) % K):
-        noise = rng.normal(size=(rng.integers(*SEGMENT) + window - 1, n))
-        parts = [noise[lag : len(noise) - window + 1 + lag] for lag in range(window)]
-        moving = sum(part @ filters[state, lag] for lag, part in enumerate(parts))
-        clips.append(means[state] + moving)
-    return clips
-
-
-def make(task: Task) -> Series:
-    """The task's series, at least as long as asked; labels of a mixture of single frames."""
-    rng = np.random.default_rng(SEED)
-    clips = face_clips(task.n) if task.data == "face" else state_clips(task.n, task.window)
-    frames = np.concatenate(clips)
-    mixture = GaussianMixture(K, reg_covar=1e-3, max_iter=50, random_state=SEED)
-    labels = mixture.fit_predict(frames / frames.std(axis=0))
-    ends = np.cumsum([len(clip) for clip in clips])
-    pieces = [slice(end - len(clip), end) for end, clip in zip(ends, clips, strict=True)]
-    drawn, total = [], 0
-    while total < task.frames:
-        drawn.append(pieces[rng.integers(len(pieces))])
-        total += drawn[-1].stop - drawn[-1].start
-    X, start = np.empty((total, task.n)), np.empty(total, np.int64)
-    at = 0
-    for piece in drawn:  # clip by clip, so that the making needs no more memory than the series
-        end = at + piece.stop - piece.start
-        X[at:end] = frames[piece]
-        X[at:end] += NOISE[task.data] * rng.standard_normal((end - at, task.n))
-        start[at:end] = labels[piece]
-        at = end
-    return Series(X, np.array([piece.stop - piece.start for piece in drawn]), start)
 
 
 def seconds() -> tuple[float, float]:
@@ -412,124 +321,10 @@ def growth_table(options) -> None:
             )
 
 
-def gemm_gflops(dtype, size: int = 2048) -> float:
-    A = np.ones((size, size), dtype)
-    return 2 * size**3 / shortest(np.matmul, [(A, A)]) / 1e9
-
-
-def copy_gb_s(size: int = 2**28) -> float:
-    """Bytes read and written per second."""
-    A, B = np.ones(size, np.uint8), np.ones(size, np.uint8)
-    return 2 * size / shortest(np.copyto, [(B, A)]) / 1e9
-
-
-def add_ns(count: int = 10_000_000) -> float:
-    """How long an addition waits for the one before it."""
-    return shortest(_chain, [(count,)]) / count * 1e9
-
-
-@njit
-def _chain(count):
-    total = 0.0
-    for _ in range(count):
-        total += 1e-3
-    return total
-
-
-def shortest(work: Callable, parts=((),)) -> float:
-    """CPU seconds of work on all parts, the least of several runs; results are let go."""
-    taken = []
-    for _ in range(4):  # the first compiles
-        begun = time.process_time()
-        for part in parts:
-            work(*part)
-        taken.append(time.process_time() - begun)
-    return min(taken)
-
-
-def roofline(task: Task) -> None:
-    """Prints the machine's rates, the floor they set for an iteration, and an iteration."""
-    single, double = gemm_gflops(np.float32), gemm_gflops(np.float64)
-    copy, add = copy_gb_s(), add_ns()
-    print(
-        f"one thread: sgemm {single:.0f} GFLOP/s, dgemm {double:.0f} GFLOP/s, "
-        f"copy {copy:.1f} GB/s, dependent addition {add:.2f} ns"
-    )
-    series = make(task)
-    T, n, w = len(series.X), task.n, task.window
-    lag_sums = n * (n + 1) // 2 + (w - 1) * n * n  # that a window holds, and a cluster weighs
-    chain = 3 + math.ceil(math.log2(K))  # operations that wait on each other
-    floors = {
-        f"weighing {1 + w * n + lag_sums} numbers a frame and cluster at the sgemm rate": (
-            2 * (1 + w * n + lag_sums) * K / single
-        ),
-        "lag sums, multiplied and added up once, at the sgemm rate": 2 * lag_sums / single,
-        "frames and costs through memory once, float32": 4 * (n + 2 * K) / copy,
-        f"Viterbi, {chain} dependent additions a frame": chain * add,
-    }
-    for name, ns in floors.items():
-        print(f"{task}  {T * ns / 1e6:9.2f} ms  {name}")
-    floor = T * sum(floors.values()) / 1e9
-    print(f"{task}  {floor * 1e3:9.2f} ms  floor of an iteration: the sum of these")
-    run = ours(task, series)
-    run(2)  # compiles
-    cost = an_iteration(run, MANY[n])
-    print(
-        f"{task}  {cost.cpu * 1e3:9.2f} ms  an iteration (2-{cost.iterations}), "
-        f"{cost.cpu / floor:.1f} x the floor"
-    )
-    for name, taken in steps(task, series).items():
-        print(f"{task}  {taken * 1e3:9.2f} ms    of which {name}", flush=True)
-
-
-def steps(task: Task, series: Series) -> dict[str, float]:
-    """CPU seconds of the parts of the fourth iteration, each alone."""
-    n, w = task.n, task.window
-    frames = ArrayFrames(series.X, series.lengths)
-    windows = Windows(frames, ALIGNMENTS["trailing"](w), np.zeros(n), np.ones(n))
-    blocks, every = list(windows.blocks()), Products.every(w, n)
-    labels, lasso = series.labels, None
-    for _ in range(4):
-        before = lasso
-        _, means, covariances = cluster_statistics(windows, labels, K)
-        covariances += 1e-6 * np.eye(n * w)
-        lasso = toeplitz_lasso(covariances, w, task.sparsity, before)
-        costs = Costs(Gaussians(means, lasso.precisions), windows.reach)
-        kept = {block: costs.of(windows, *block) for block in blocks}
-        viterbi = partial(Trellis, lambda *b: kept[b], blocks, windows.opens, K, task.beta)  # noqa: B023
-        labels = viterbi().labels
-    values = [windows.values(*block) for block in blocks]
-    reading = shortest(windows.values, blocks)
-    all_sums = shortest(describe, [(v, w, every) for v in values])
-    statistics = shortest(cluster_statistics, [(windows, labels, K)])
-    held = costs.products
-    some_sums = shortest(describe, [(v, w, held) for v in values])
-    likelihoods = shortest(costs.of, [(windows, *block) for block in blocks])
-    admm = f"ADMM, warm ({lasso.iterations.sum()} steps over {K} clusters)"
-    return {
-        "reading frames, twice": 2 * reading,
-        f"lag sums for the statistics ({len(every.lag)})": all_sums,
-        "adding them up per cluster": statistics - reading - all_sums,
-        admm: shortest(toeplitz_lasso, [(covariances, w, task.sparsity, before)]),
-        f"lag sums for the likelihoods ({len(held.lag)} not zero)": some_sums,
-        "weighing them, and windows that a border cuts": likelihoods - reading - some_sums,
-        "Viterbi": shortest(viterbi),
-    }
-
-
-def roofline_table(options) -> None:
-    print("\nroofline: milliseconds per iteration, floor and measured")
-    frames = 100_000 if options.quick else 600_000
-    alone(roofline, Task("face", 3, 5, frames, 0.11, 5.0))
-    alone(roofline, Task("states", 3, 5, frames, 1e-3, 5.0))
-    alone(roofline, Task("states", 9, 10, frames // 6, 1e-3, 5.0))
-
-
 TABLES = {
     "iterations": iterations_table,
     "fit": fit_table,
     "growth": growth_table,
-    "roofline": roofline_table,
 }
 
 

@@ -63,6 +63,11 @@ def test_the_examples_are_valid_and_have_a_results_folder_of_their_own(example):
         ({"select": {"min_s": 20}}, "expected select.min_s to be at most select.max_s"),
         ({"ingest": {"livelink": {"fps": 29.97}}}, "expected a rate like 30 or 30000/1001"),
         ({"split": {"val": 0.5, "test": 0.5}}, "to be below 1"),
+        (
+            {"sweep": {"n_clusters": []}},
+            "key sweep.n_clusters: found [], expected at least one value",
+        ),
+        ({"sweep": {"beta": []}}, "key sweep.beta: found [], expected at least one value"),
     ],
 )
 def test_a_mistake_is_told_in_one_line_with_its_key(values, message):
@@ -73,6 +78,21 @@ def test_a_mistake_is_told_in_one_line_with_its_key(values, message):
     assert message in str(problem)
     assert str(problem).startswith("my.yaml")
     assert "\n" not in str(problem)
+
+
+SEEDS = [key for key, _ in keys(Config) if key.split(".")[-1] == "seed"]
+
+
+@pytest.mark.parametrize("key", SEEDS)
+@pytest.mark.parametrize("seed", [-1, 2**32])
+def test_a_seed_that_no_generator_takes_is_refused(key, seed):
+    values = seed
+    for part in reversed(key.split(".")):
+        values = {part: values}
+    with pytest.raises(ExceptionGroup) as caught:
+        validate(values)
+    (problem,) = caught.value.exceptions
+    assert f"key {key}: found {seed}, expected" in str(problem)
 
 
 def test_every_mistake_is_told():

@@ -17,6 +17,7 @@ from mimeline.vocabulary import SERIES_REGIONS
 Positive = Annotated[float, Field(gt=0)]
 Share = Annotated[float, Field(ge=0, le=1)]
 Count = Annotated[int, Field(ge=1)]
+Seed = Annotated[int, Field(ge=0, le=2**32 - 1)]  # what every library takes
 Rate = Annotated[str, Field(pattern=r"^[1-9]\d*(/[1-9]\d*)?$")]
 
 
@@ -31,7 +32,7 @@ class Toy(Section):
 
     people: Count = Field(40, description="people in the toy world")
     clips: Count = Field(120, description="clips, planted faults included")
-    seed: int = Field(7, description="seed of everything random in the toy world")
+    seed: Seed = Field(7, description="seed of everything random in the toy world")
     video_share: Share = Field(0.25, description="share of the clips that have a video")
     video_px: Annotated[int, Field(ge=32, le=1024, multiple_of=2)] = Field(
         256, description="edge of the videos, pixels"
@@ -188,7 +189,7 @@ class Ticc(Section):
         description="mask: clips apart; paper: one series with the separators, clustered as well",
     )
     max_iter: Count = Field(30, description="most iterations of assignment and estimation")
-    seed: int = Field(0, description="seed of the start")
+    seed: Seed = Field(0, description="seed of the start")
 
 
 class Segment(Section):
@@ -217,7 +218,7 @@ class Label(Section):
         None, description="YAML under config/labels that names clusters; null: proposed names"
     )
     n_random: int = Field(3, ge=0, description="random exemplars per cluster")
-    seed: int = Field(0, description="seed of the random exemplars")
+    seed: Seed = Field(0, description="seed of the random exemplars")
 
 
 class Annotate(Section):
@@ -233,7 +234,7 @@ class Split(Section):
     gap_s: float = Field(
         1.0, ge=0, description="seconds left out between parts where blocks of time are split"
     )
-    seed: int = Field(0, description="seed of the assignment of groups")
+    seed: Seed = Field(0, description="seed of the assignment of groups")
 
 
 class TimelineModel(Section):
@@ -253,7 +254,7 @@ class TimelineModel(Section):
     learning_rate: Positive = Field(2e-3, description="peak learning rate of AdamW")
     ema: Share = Field(0.995, description="decay of the averaged weights")
     clip_norm: Positive = Field(1.0, description="largest norm of the gradient")
-    seed: int = Field(0, description="seed of weights, batches and noise")
+    seed: Seed = Field(0, description="seed of weights, batches and noise")
 
 
 class Train(Section):
@@ -267,7 +268,7 @@ class TimelineSampling(Section):
     sampler_steps: Count = Field(20, description="denoiser calls per sample")
     guidance: float = Field(2.0, ge=0, description="scale of classifier-free guidance; 1: none")
     timelines: Count = Field(24, description="timelines asked for, from clips kept out of training")
-    seed: int = Field(0, description="seed of the noise")
+    seed: Seed = Field(0, description="seed of the noise")
 
 
 class Evaluate(Section):
@@ -276,7 +277,7 @@ class Evaluate(Section):
     )
     gmm_components: Count = Field(8, description="components of the GMM baseline")
     bootstrap: Count = Field(200, description="resamples of clips behind each interval")
-    seed: int = Field(0, description="seed of baseline and resampling")
+    seed: Seed = Field(0, description="seed of baseline and resampling")
     timeline: TimelineSampling = TimelineSampling()
 
 
@@ -365,6 +366,8 @@ def _expected(problem: dict[str, Any], key: str) -> str:
         return "a rate like 30 or 30000/1001"
     if problem["type"] == "model_type":
         return "keys and values"
+    if problem["type"] == "too_short":
+        return "at least one value"
     if problem["type"] != "extra_forbidden":
         return problem["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
     section: Any = Config

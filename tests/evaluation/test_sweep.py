@@ -1,3 +1,5 @@
+import weakref
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -6,10 +8,13 @@ from sklearn.metrics import f1_score
 from mimeline import tables
 from mimeline.annotation.series import concatenate
 from mimeline.evaluation.sweep import best_f1, sweep, true_codes
+from mimeline.ticc import TICC
+from mimeline.ticc.selection import stability
 from mimeline.vocabulary import ACTIONS, series_channels
 
 EYE = list(series_channels("eye", "left"))
 CONFIGURED = {"n_clusters": 3, "window": 3, "beta": 8.0, "sparsity": 0.1, "max_iter": 6, "seed": 5}
+SEPARATORS = {"null_length": 80, "null_value": -2.0}
 
 
 @pytest.fixture(scope="module")
@@ -27,10 +32,19 @@ def eyes() -> tuple[pd.DataFrame, pd.DataFrame]:
 
 @pytest.fixture
 def run(eyes, tmp_path):
-    def run(n_clusters=(2,), betas=(2.0,), seeds=2, values=None, head=None, known=True, why=""):
+    def run(
+        n_clusters=(2,),
+        betas=(2.0,),
+        seeds=2,
+        values=None,
+        head=None,
+        known=True,
+        why="",
+        configured=None,
+    ):
         frames, truth = eyes
         frames = frames.assign(**(values or {})).head(len(frames) if head is None else head)
-        table = concatenate(frames, EYE, 100, -1.0)
+        table = concatenate(frames, EYE, **SEPARATORS)
         tables.write(tables.SERIES["eye", "left"], table, tmp_path / "series.parquet", why)
         (tmp_path / "truth").mkdir(exist_ok=True)
         tables.write(tables.FRAMES, truth, tmp_path / "truth" / "frames.parquet")
@@ -44,7 +58,8 @@ def run(eyes, tmp_path):
             n_clusters=list(n_clusters),
             betas=list(betas),
             seeds=seeds,
-            configured=CONFIGURED,
+            **SEPARATORS,
+            configured=CONFIGURED | (configured or {}),
         )
         return tables.read(tables.SWEEP, scores), tables.reason(scores)
 
@@ -69,6 +84,41 @@ def test_the_same_sweep_gives_the_same_scores(run):
     rows, _ = run(seeds=1)
     assert len(rows) == 4
     pd.testing.assert_frame_equal(rows, run(seeds=1)[0])
+
+
+def test_what_the_grid_holds_twice_is_fitted_once(run):
+    rows, _ = run(n_clusters=[2, 3, 2], betas=[8, 2.0, 2], seeds=1)
+    assert len(rows) == 4
+    assert not rows.duplicated(["n_clusters", "beta", "seed"]).any()
+
+
+def test_the_separators_of_the_series_are_those_that_are_clustered(run, monkeypatch):
+    made = []
+
+    class Remembered(TICC):
+        def __init__(self, **parameters):
+            super().__init__(**parameters)
+            made.append(self)
+
+    monkeypatch.setattr("mimeline.evaluation.sweep.TICC", Remembered)
+    run(seeds=1, configured={"boundary": "paper"})
+    assert {(ticc.null_length, ticc.null_value) for ticc in made} == {tuple(SEPARATORS.values())}
+
+
+def test_labels_are_held_small_and_no_longer_than_their_cluster_count_is_at_work(run, monkeypatch):
+    kept, alive, types = [], [], set()
+
+    def watched(labels):
+        kept.extend(weakref.ref(each) for each in labels)
+        alive.append(sum(reference() is not None for reference in kept))
+        types.update(each.dtype.name for each in labels)
+        return stability(labels)
+
+    monkeypatch.setattr("mimeline.evaluation.sweep.stability", watched)
+    rows, _ = run()
+    assert len(rows) == 8
+    assert types == {"uint8"}
+    assert alive == [2, 4, 2, 4]  # of two betas and two seeds, then of the next count
 
 
 def test_without_truth_or_other_seeds_two_scores_are_not_known(run):

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from mimeline import tables
-from mimeline.reporting.panels import Point, favourite, grid, panels
+from mimeline.reporting.panels import TOP, Point, favourite, grid, panels
 from mimeline.reporting.sweep import summary, sweep
 
 COUNTS, BETAS = (3, 5, 9), (5.0, 20.0, 80.0)
@@ -126,3 +126,29 @@ def test_the_map_holds_every_point_and_is_strongest_at_the_best():
     assert cells["20", 5].shade == 1
     assert min(c.shade for c in cells.values()) == 0
     assert [key for key, cell in cells.items() if cell.configured] == [("20", 9)]
+
+
+def test_a_beta_of_zero_stands_one_step_left_of_the_least_positive_one(page):
+    rows = scores("brow").assign(
+        beta=lambda t: t["beta"].replace({5.0: 0.0, 20.0: 5.0, 80.0: 20.0})
+    )
+    assert 'cx="nan"' not in page(brow=(rows, ""))
+    _, along_beta = panels({"brow": summary(rows)}, "bic", "BIC", {"brow": Point(9, 20.0)})
+    assert [text for _, text in along_beta.x_ticks] == ["0", "5", "20"]
+    zero, five, twenty = (x for x, _ in along_beta.x_ticks)
+    assert five - zero == pytest.approx(twenty - five, abs=0.2)
+    assert [mark.x for mark in along_beta.traces[0].marks] == [zero, five, twenty]
+    two = summary(rows[rows["beta"] < 20])
+    _, along_beta = panels({"brow": two}, "bic", "BIC", {"brow": Point(9, 5.0)})
+    (zero, _), (five, _) = along_beta.x_ticks
+    assert zero < five
+
+
+@pytest.mark.parametrize("score", ["f1", "stability"])
+def test_perfect_scores_lie_at_the_top(score):
+    points = {"brow": summary(scores("brow").assign(f1=1.0, stability=1.0))}
+    for panel in panels(points, score, score, {"brow": Point(9, 20.0)}):
+        assert {mark.y for mark in panel.traces[0].marks} == {TOP}
+        ys = [y for y, _ in panel.y_ticks]
+        assert min(ys) == TOP
+        assert max(ys) > TOP

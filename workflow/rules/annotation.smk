@@ -48,7 +48,7 @@ rule segment:
 rule sweep_region:
     input:
         series="<results>/series/{region}.parquet",
-        truth=config["evaluate"]["truth"] or ("<results>/toy/truth" if TOY else []),
+        truth=TRUTH,
     output:
         scores="<results>/sweep/{region}.parquet",
     log:
@@ -183,7 +183,7 @@ rule evaluate_annotation:
         clusters=expand(
             "<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS
         ),
-        truth=config["evaluate"]["truth"] or ("<results>/toy/truth" if TOY else []),
+        truth=TRUTH,
     output:
         metrics="<results>/evaluate/annotation/metrics.parquet",
     log:

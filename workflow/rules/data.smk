@@ -3,6 +3,7 @@ from mimeline.media.confined import MEMORY_MB
 SHARDS = [f"{number:02d}" for number in range(config["shards"])]
 TOY = config["data_dir"] is None
 DATA = "<results>/toy/data" if TOY else ancient(config["data_dir"])
+TRUTH = config["evaluate"]["truth"] or ("<results>/toy/truth" if TOY else [])
 
 
 rule toy:

@@ -34,7 +34,7 @@ rule report:
             "<results>/evaluate/{model}/generated.parquet",
             model=config["train"]["models"],
         ),
-        truth=config["evaluate"]["truth"] or ("<results>/toy/truth" if TOY else []),
+        truth=TRUTH,
         face=ancient(config["report"]["face"] or []),
     output:
         page=report(

@@ -16,6 +16,7 @@ with stage(snakemake) as job:
         n_clusters=job.params.sweep["n_clusters"],
         betas=job.params.sweep["beta"],
         seeds=job.params.sweep["seeds"],
-        configured=job.params.segment
-        | {"null_length": job.params.null_length, "null_value": job.params.null_value},
+        null_length=job.params.null_length,
+        null_value=job.params.null_value,
+        configured=job.params.segment,
     )

@@ -2,6 +2,8 @@
 
 import logging
 from collections.abc import Mapping, Sequence
+from itertools import groupby
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -29,12 +31,15 @@ def sweep(
     n_clusters: Sequence[int],
     betas: Sequence[float],
     seeds: int,
+    null_length: int,
+    null_value: float,
     configured: Mapping[str, Any],
 ) -> None:
     """Write the `sweep` table: a row for each of n_clusters, betas and seeds.
 
-    configured: TICC's arguments otherwise. Its own n_clusters and beta join the grid, and its seed
-    is the first of the seeds. truth: folder with frames.parquet, or None: then f1 is not known.
+    null_length, null_value: the series' separators. configured: TICC's arguments otherwise. Its own
+    n_clusters and beta join the grid, and its seed is the first of the seeds. truth: folder with
+    frames.parquet, or None: then f1 is not known.
     Channels that never move are left out, counts of clusters that the frames are too few for are
     not tried; where nothing is left, the table is empty and tells why.
     """
@@ -51,28 +56,40 @@ def sweep(
     X, lengths = found.values(), found.lengths
     codes = None if truth is None else true_codes(found.frames, truth, region)
     prices = sorted({*map(float, betas), float(configured["beta"])})
+    separators = {"null_length": null_length, "null_value": null_value}
     runs = [(count, configured["seed"] + nth) for count in tried for nth in range(seeds)]
-    rows, labels = [], {}
-    for count, seed in told(runs, f"runs over beta on the {region} series", log):
-        own = dict(configured) | {"n_clusters": count, "seed": seed}
-        fits = along_betas(lambda beta, own=own: TICC(**own | {"beta": beta}), prices, X, lengths)
-        for beta, ticc in fits.items():
-            labels.setdefault((count, beta), []).append(ticc.labels_)
-            rows.append(
-                {
-                    "n_clusters": count,
-                    "beta": beta,
-                    "seed": seed,
-                    "objective": ticc.objective_,
-                    **facts(X, lengths, ticc.labels_, window),
-                    "f1": np.nan if codes is None else best_f1(ticc.labels_, codes, region),
-                }
-            )
-    agreed = {point: stability(own) for point, own in labels.items()}
+    runs_told, rows = told(runs, f"runs over beta on the {region} series", log), []
+    for count, of_count in groupby(runs_told, key=itemgetter(0)):
+        begun, labels = len(rows), {beta: [] for beta in prices}
+        for _, seed in of_count:
+            own = {**configured, **separators, "n_clusters": count, "seed": seed}
+            for beta, ticc in _fits(own, prices, X, lengths).items():
+                labels[beta].append(_smallest(ticc.labels_))
+                rows.append(
+                    {
+                        "n_clusters": count,
+                        "beta": beta,
+                        "seed": seed,
+                        "objective": ticc.objective_,
+                        **facts(X, lengths, ticc.labels_, window),
+                        "f1": np.nan if codes is None else best_f1(ticc.labels_, codes, region),
+                    }
+                )
+        agreed = {beta: stability(alike) for beta, alike in labels.items()}
+        for row in rows[begun:]:
+            row["stability"] = agreed[row["beta"]]
     table = pd.DataFrame(rows).assign(region=region)
-    table["stability"] = [agreed[row.n_clusters, row.beta] for row in table.itertuples()]
     tables.write(tables.SWEEP, table, scores)
     log.info("%s: %d fits", region, len(table))
+
+
+def _fits(own: Mapping[str, Any], betas: Sequence[float], X, lengths) -> dict[float, TICC]:
+    return along_betas(lambda beta: TICC(**own | {"beta": beta}), betas, X, lengths)
+
+
+def _smallest(labels: np.ndarray) -> np.ndarray:
+    """labels (T,) in the smallest unsigned type that holds them: many fits wait for each other."""
+    return labels.astype(np.min_scalar_type(labels.max()))
 
 
 def facts(X, lengths, labels, window: int) -> dict[str, float]:

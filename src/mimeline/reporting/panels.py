@@ -1,7 +1,7 @@
 """Scores over cluster counts and betas: curves through the configured point, the grid as a map."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,6 +14,7 @@ WIDTH, HEIGHT, LEFT, RIGHT, TOP, FOOT = 430, 230, 52, 14, 10, 42
 DIGITS = {"f1": 3, "bic": 0, "stability": 2}  # that a score is shown with
 HOPELESS = 0.15  # below the best macro-F1: not drawn
 PAD = 0.04  # of the width, between the outermost points and the edges
+PARTS = 50  # of 1: the axes of macro-F1 and stability begin at one of them
 
 
 class Point(NamedTuple):
@@ -95,9 +96,9 @@ def panels(
 
 
 def _panel(lines, along, score, title, configured) -> Panel:
-    view = np.log2 if along == "beta" else np.asarray
     everything = pd.concat(list(lines.values()))
     places = sorted(set(everything[along]))
+    view = _logarithmic(places) if along == "beta" else np.asarray
     low, high = float(view(places[0])), float(view(places[-1]))
     pad = PAD * (high - low or 1.0)
     x = Scale(low - pad, high + pad, LEFT, WIDTH - RIGHT)
@@ -118,6 +119,15 @@ def _panel(lines, along, score, title, configured) -> Panel:
     )
 
 
+def _logarithmic(betas: Sequence[float]) -> Callable:
+    """beta → log2 beta; 0, which has none, lies as far below the least as others lie apart."""
+    positive = np.array([beta for beta in betas if beta > 0])
+    ratios = positive[1:] / positive[:-1]
+    step = float(np.median(ratios)) if len(ratios) else 2.0
+    zero = positive[0] / step if len(positive) else 1.0
+    return lambda beta: np.log2(np.where(np.equal(beta, 0), zero, beta))
+
+
 def _fixed(along: str, configured: Mapping[str, Point]) -> str:
     """What does not vary along a panel: 9 clusters; beta brow 20, eye 30."""
     across = "n_clusters" if along == "beta" else "beta"
@@ -128,12 +138,12 @@ def _fixed(along: str, configured: Mapping[str, Point]) -> str:
 
 
 def _range(rows: pd.DataFrame, score: str) -> tuple[float, float]:
-    """From the worst to the best; what is hopeless does not flatten the rest."""
+    """From the worst to the best, never empty; what is hopeless does not flatten the rest."""
     low, high = float(rows[f"{score}_low"].min()), float(rows[f"{score}_high"].max())
     if score == "bic":
         return min(low, 0.0), high * 1.05 or 1.0
     floor = max(low, high - HOPELESS) if score == "f1" else low
-    return max(math.floor(floor * 50) / 50, 0.0), 1.0
+    return max(min(math.floor(floor * PARTS), PARTS - 1) / PARTS, 0.0), 1.0
 
 
 def _trace(region, line, along, score, configured, x, y, view) -> Trace:

@@ -1,7 +1,7 @@
 """The page of a sweep: which number of clusters and which price of a switch each score favours."""
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from mimeline.reporting.panels import Grid, Panel, Point, favourite, grid, panel
 log = logging.getLogger(__name__)
 
 ALIKE = 0.01  # macro-F1 that makes no difference in practice
+LEAST = {"n_clusters": 1, "beta": 0}  # beyond which no grid can reach
 STABLE = 0.9  # adjusted Rand index from which starts agree
 SCORES = {  # column → name, and what is said of it
     "f1": ("macro-F1", "how right the best names for these clusters are; higher is better"),
@@ -115,7 +116,11 @@ def findings(points: pd.DataFrame, configured: Point) -> list[str]:
     best = favourite(points, "bic")
     text = f"BIC favours {best}"
     found.append(f"{text}, where macro-F1 is {at.loc[best, 'f1']:.3f}." if truth else f"{text}.")
-    edges = [name for name, value in best._asdict().items() if value in _ends(points[name])]
+    edges = [
+        name
+        for name, value in best._asdict().items()
+        if value > LEAST[name] and value in _ends(points[name])
+    ]
     if edges:
         keys = words.listing([f"sweep.{name}" for name in edges])
         found.append(f"That is the edge of the grid: it may lie beyond {keys}.")
@@ -164,16 +169,19 @@ def _agree(stability: float) -> str:
     return f"{word} ({stability:.2f})"
 
 
+def _entries(choice: Mapping[str, Point]) -> Iterator[str]:
+    for region, point in choice.items():
+        yield f"{region}: {{n_clusters: {point.n_clusters}, beta: {point.beta:g}}}"
+
+
 def _flow(choice: Mapping[str, Point]) -> str:
     """The choice as a config value on one line."""
-    inner = (f"{r}: {{n_clusters: {p.n_clusters}, beta: {p.beta:g}}}" for r, p in choice.items())
-    return "{" + ", ".join(inner) + "}"
+    return "{" + ", ".join(_entries(choice)) + "}"
 
 
 def _block(choice: Mapping[str, Point]) -> str:
     """The choice as lines of the config file."""
-    inner = (f"  {r}: {{n_clusters: {p.n_clusters}, beta: {p.beta:g}}}" for r, p in choice.items())
-    return "\n".join(["segment:", *inner])
+    return "\n  ".join(["segment:", *_entries(choice)])
 
 
 def _command(choice: Mapping[str, Point]) -> str:
