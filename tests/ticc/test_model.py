@@ -161,6 +161,11 @@ class Failing(ArrayFrames):
         return super().read(begin, end)
 
 
+def test_it_clusters_as_scikit_learn_asks(series, fitted):
+    X, lengths, _ = series
+    assert np.array_equal(clone(fitted).fit_predict(X, lengths=lengths), fitted.labels_)
+
+
 def test_a_refit_that_fails_leaves_no_half_of_a_model(series):
     X, lengths, _ = series
     model = TICC(n_clusters=3, window=4, max_iter=2).fit(X, lengths)
@@ -334,6 +339,12 @@ def test_what_cannot_be_clustered_is_refused_with_its_place(plant):
         TICC(n_clusters=2).fit(X, [4] * 25)
     with pytest.raises(ValueError, match="found a sum of 90, expected 100"):
         TICC(n_clusters=2).fit(X, [60, 30])
+    with pytest.raises(ValueError, match="window: found 1200 numbers in a window"):
+        TICC(window=400).fit(np.tile(X, (20, 1)))
+    with pytest.raises(ValueError, match="put sequences end to end and give their lengths"):
+        TICC().fit([X[:50], X[:40]])
+    with pytest.raises(ValueError, match="standardise: found 'yes'"):
+        TICC(standardise="yes").fit(X)
     with pytest.raises(ValueError, match="beta: found -1"):
         TICC(beta=-1).fit(X)
     for wrong in ({"beta": "3"}, {"n_clusters": 3.0}, {"seed": -1}, {"null_value": np.nan}):

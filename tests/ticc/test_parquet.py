@@ -62,6 +62,13 @@ def test_a_gap_in_the_count_of_frames_ends_a_sequence(tmp_path):
     assert ParquetFrames([path], ["a"], "clip", "frame").lengths.tolist() == [3, 3]
 
 
+def test_a_count_of_frames_that_does_not_go_up_by_one_is_told_of(tmp_path, caplog):
+    rows = pd.DataFrame({"clip": ["x"] * 6, "frame": range(0, 12, 2), "a": np.arange(6.0)})
+    rows.to_parquet(tmp_path / "odd.parquet")
+    ParquetFrames([tmp_path / "odd.parquet"], ["a"], "clip", "frame")
+    assert "does 'frame' go up by one from row to row?" in caplog.text
+
+
 def test_what_cannot_be_read_is_refused_with_its_file(shards, tmp_path):
     with pytest.raises(ValueError, match=r"0\.parquet: found no column 'd'"):
         ParquetFrames(shards, ["a", "d"], "clip", "frame")

@@ -119,7 +119,7 @@ def findings(points: pd.DataFrame, configured: Point) -> list[str]:
     edges = [
         name
         for name, value in best._asdict().items()
-        if value > LEAST[name] and value in _ends(points[name])
+        if value > LEAST[name] and points[name].nunique() > 1 and value in _ends(points[name])
     ]
     if edges:
         keys = words.listing([f"sweep.{name}" for name in edges])
@@ -185,4 +185,4 @@ def _block(choice: Mapping[str, Point]) -> str:
 
 
 def _command(choice: Mapping[str, Point]) -> str:
-    return f"snakemake --cores 2 --config 'segment={_flow(choice)}' all"
+    return f"snakemake --cores 2 all --config 'segment={_flow(choice)}'"

@@ -67,7 +67,13 @@ def source(X, lengths=None) -> Frames:
         if lengths is not None:
             raise ValueError("lengths: found some beside a source of frames, which has its own")
         return X
-    X = np.asarray(X)
+    try:
+        X = np.asarray(X)
+    except ValueError as error:
+        raise ValueError(
+            "X: found parts of several shapes, expected (frames, channels): put sequences end to "
+            "end and give their lengths"
+        ) from error
     if X.ndim != 2 or not X.size or X.dtype.kind not in "fiub":
         raise ValueError(
             f"X: found shape {X.shape} of {X.dtype}, expected numbers (frames, channels), "

@@ -12,7 +12,7 @@ from numbers import Integral, Real
 from pathlib import Path
 
 import numpy as np
-from sklearn.base import BaseEstimator
+from sklearn.base import BaseEstimator, ClusterMixin
 from threadpoolctl import threadpool_limits
 
 from .descent import Fit, Setting, descend, trellis
@@ -28,7 +28,9 @@ OUTCOME = ("objective_", "n_iter_", "converged_")
 LEARNED = ("means_", "precisions_", "center_", "scale_", "labels_")
 COUNTS = {"n_clusters": 1, "window": 1, "max_iter": 1, "null_length": 1, "seed": 0}  # least ones
 NUMBERS = {"beta": 0, "sparsity": 0, "null_value": -np.inf}
+MOST_NUMBERS = 1000  # of a window: precisions of more are out of reach, of memory and of data
 CHOICES = {
+    "standardise": (True, False),
     "boundary": ("mask", "paper"),
     "alignment": tuple(ALIGNMENTS),
     "cost": ("penalised", "likelihood"),
@@ -37,7 +39,7 @@ RACE_FRAMES, RACE_PIECE = 12_000, 2_000  # frames that starts are compared on, l
 RACE_STEPS, FINALISTS, REPEATS = 3, 2, 2  # iterations of each, how many go on, starts per span
 
 
-class TICC(BaseEstimator):
+class TICC(ClusterMixin, BaseEstimator):
     """Clusters the frames of sequences by the pattern of motion around them.
 
     n_clusters: K. window: frames per window, w. beta: price of a switch, in nats (the paper's unit;
@@ -106,7 +108,7 @@ class TICC(BaseEstimator):
         frames = source(X, lengths)
         require_finite(frames)
         separates = self.boundary == "paper" and len(frames.lengths) > 1
-        self._check_amount(frames.lengths, separates)
+        self._check_amount(frames, separates)
         if start is not None:
             start = self._check_start(start, frames, self.n_clusters + int(separates))
         center, deviation = moments(frames)
@@ -315,7 +317,13 @@ class TICC(BaseEstimator):
             )
         return start
 
-    def _check_amount(self, lengths, separates: bool):
+    def _check_amount(self, frames: Frames, separates: bool):
+        numbers, lengths = self.window * frames.n_channels, frames.lengths
+        if numbers > MOST_NUMBERS:
+            raise ValueError(
+                f"window: found {numbers} numbers in a window ({self.window} frames of "
+                f"{frames.n_channels} channels), expected {MOST_NUMBERS} at most"
+            )
         if separates:
             lengths = np.array([lengths.sum() + self.null_length * (len(lengths) - 1)])
         windows = int(np.maximum(lengths - self.window + 1, 0).sum())

@@ -1,11 +1,14 @@
 """Frames in Parquet files, of which a row group is held at a time."""
 
+import logging
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+
+log = logging.getLogger(__name__)
 
 
 class ParquetFrames:
@@ -38,6 +41,10 @@ class ParquetFrames:
         if not total:
             raise ValueError(f"{', '.join(map(str, paths)) or 'no file'}: found no frames")
         self.lengths = np.diff([*np.concatenate(starts), total])
+        if np.median(self.lengths) == 1 < total:
+            log.warning(
+                "most sequences are of one row: does %r go up by one from row to row?", frame
+            )
         self.n_channels = len(self.channels)
         self._ends = np.cumsum(sizes)
         self._sequence, self._held = sequence, (-1, None)
