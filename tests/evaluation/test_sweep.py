@@ -7,7 +7,7 @@ from sklearn.metrics import f1_score
 
 from mimeline import tables
 from mimeline.annotation.series import concatenate
-from mimeline.evaluation.sweep import best_f1, sweep, true_codes
+from mimeline.evaluation.sweep import best_f1, series_truth, sweep
 from mimeline.ticc import TICC
 from mimeline.ticc.selection import stability
 from mimeline.vocabulary import ACTIONS, series_channels
@@ -155,7 +155,7 @@ def test_frames_with_closed_eyes_or_without_a_truth_do_not_count(eyes, tmp_path)
     closed = truth["frame"] == 25
     told = truth.assign(EyeClose=closed)[truth["frame"] != 50]
     tables.write(tables.FRAMES, told, tmp_path / "frames.parquet")
-    codes = true_codes(frames, tmp_path, "eye")
+    codes = series_truth(frames, tmp_path, "eye")
     assert set(frames.loc[codes == -1, "frame"]) == {25, 50}
     assert codes[[0, 21, 41]].tolist() == [0, 1, 2]
 

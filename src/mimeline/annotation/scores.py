@@ -31,10 +31,9 @@ def confusions(truth: pd.DataFrame, predicted: pd.DataFrame) -> dict[str, np.nda
     clips, clip = np.unique(both["clip_id"].to_numpy(str), return_inverse=True)
     counts = {}
     for track in dict.fromkeys(t for tracks in REGION_TRACKS.values() for t in tracks):
-        true, pred = (track_codes(_side(both, suffix), track) for suffix in ("_true", "_pred"))
+        true = true_codes(_side(both, "_true"), track)
+        pred = track_codes(_side(both, "_pred"), track)
         usable = (true >= 0) & (pred >= 0)
-        if track == "lid":
-            usable &= track_codes(_side(both, "_true"), "closure") != 1
         if not usable.any():
             continue
         size = len(track_actions(track)) + 1
@@ -42,6 +41,28 @@ def confusions(truth: pd.DataFrame, predicted: pd.DataFrame) -> dict[str, np.nda
         table = np.bincount(flat, minlength=len(clips) * size * size)
         counts[track] = table.reshape(len(clips), size, size)
     return counts
+
+
+def true_codes(truth: pd.DataFrame, track: str) -> np.ndarray:
+    """(n_frames,) the class of each frame of truth, as `track_codes`; -1 where it does not count.
+
+    The lid does not count where the eye is closed.
+    """
+    codes = track_codes(truth, track)
+    if track == "lid":
+        codes[track_codes(truth, "closure") == 1] = -1
+    return codes
+
+
+def cluster_votes(clusters, codes, n_clusters: int, track: str) -> np.ndarray:
+    """(K, C): how many frames of each cluster truth has in each class, Neutral first.
+
+    clusters (n_frames,), codes (n_frames,) of `true_codes`.
+    """
+    votes = np.zeros((n_clusters, len(track_actions(track)) + 1), dtype="int64")
+    counted = codes >= 0
+    np.add.at(votes, (clusters[counted], codes[counted]), 1)
+    return votes
 
 
 def macro_f1(confusion: np.ndarray) -> np.ndarray:

@@ -9,8 +9,14 @@ import pandas as pd
 from sklearn.mixture import GaussianMixture
 
 from mimeline import tables
-from mimeline.annotation.annotate import annotate_frames, track_codes
-from mimeline.annotation.scores import REGION_TRACKS, bootstrap, confusions
+from mimeline.annotation.annotate import annotate_frames
+from mimeline.annotation.scores import (
+    REGION_TRACKS,
+    bootstrap,
+    cluster_votes,
+    confusions,
+    true_codes,
+)
 from mimeline.annotation.series import sequences
 from mimeline.annotation.thresholds import Limits
 from mimeline.vocabulary import NEUTRAL, SERIES_TRACK, series_channels, track_actions
@@ -88,14 +94,9 @@ def oracle(truth: pd.DataFrame, clusters: pd.DataFrame, region: str) -> pd.DataF
     """
     track = SERIES_TRACK[region]
     both = clusters.merge(truth, on=["clip_id", "frame"])
-    codes = track_codes(both, track)
-    usable = codes >= 0
-    if track == "lid":
-        usable &= track_codes(both, "closure") != 1
     names = np.array([NEUTRAL, *track_actions(track)], dtype=object)
     ids = both["cluster"].to_numpy("int64")
-    votes = np.zeros((clusters["cluster"].max() + 1, len(names)), dtype="int64")
-    np.add.at(votes, (ids[usable], codes[usable]), 1)
+    votes = cluster_votes(ids, true_codes(both, track), clusters["cluster"].max() + 1, track)
     return pd.DataFrame(
         {
             "region": region,

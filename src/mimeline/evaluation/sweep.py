@@ -11,13 +11,12 @@ import numpy as np
 import pandas as pd
 
 from mimeline import tables
-from mimeline.annotation.annotate import track_codes
 from mimeline.annotation.region_series import RegionSeries
-from mimeline.annotation.scores import macro_f1
+from mimeline.annotation.scores import cluster_votes, macro_f1, true_codes
 from mimeline.progress import told
 from mimeline.ticc import TICC
 from mimeline.ticc.selection import along_betas, bic, n_switches, stability
-from mimeline.vocabulary import SERIES_TRACK, track_actions
+from mimeline.vocabulary import SERIES_TRACK
 
 log = logging.getLogger(__name__)
 
@@ -54,7 +53,7 @@ def sweep(
     if len(tried) < len(counts):
         log.warning("%s: too few frames for more than %d clusters", region, tried[-1])
     X, lengths = found.values(), found.lengths
-    codes = None if truth is None else true_codes(found.frames, truth, region)
+    codes = None if truth is None else series_truth(found.frames, truth, region)
     prices = sorted({*map(float, betas), float(configured["beta"])})
     separators = {"null_length": null_length, "null_value": null_value}
     runs = [(count, configured["seed"] + nth) for count in tried for nth in range(seeds)]
@@ -103,17 +102,11 @@ def facts(X, lengths, labels, window: int) -> dict[str, float]:
     }
 
 
-def true_codes(frames: pd.DataFrame, truth: Path, region: str) -> np.ndarray:
-    """(n_frames,) the true class of each frame of a series: 0 neutral, i the i-th action, -1 none.
-
-    -1 where truth has no such frame, and for the lid where the eye is closed (Ma et al. 2025, 4.1).
-    """
+def series_truth(frames: pd.DataFrame, truth: Path, region: str) -> np.ndarray:
+    """(n_frames,) the true class of each frame of a series, -1 where it does not count."""
     true = tables.read(tables.FRAMES, Path(truth) / "frames.parquet")
     both = frames[["clip_id", "frame"]].merge(true, how="left", validate="1:1")
-    codes = track_codes(both, SERIES_TRACK[region])
-    if region == "eye":
-        codes[track_codes(both, "closure") == 1] = -1
-    return codes
+    return true_codes(both, SERIES_TRACK[region])
 
 
 def best_f1(labels: np.ndarray, codes: np.ndarray, region: str) -> float:
@@ -121,12 +114,9 @@ def best_f1(labels: np.ndarray, codes: np.ndarray, region: str) -> float:
 
     labels, codes (n_frames,), codes of -1 do not count. NaN where none counts.
     """
-    known = codes >= 0
-    if not known.any():
+    if not (codes >= 0).any():
         return float("nan")
-    size = len(track_actions(SERIES_TRACK[region])) + 1
-    votes = np.zeros((labels.max() + 1, size), dtype="int64")
-    np.add.at(votes, (labels[known], codes[known]), 1)
-    confusion = np.zeros((size, size), dtype="int64")  # truth in rows
+    votes = cluster_votes(labels, codes, labels.max() + 1, SERIES_TRACK[region])
+    confusion = np.zeros((votes.shape[1], votes.shape[1]), dtype="int64")  # truth in rows
     np.add.at(confusion.T, votes.argmax(axis=1), votes)
     return float(macro_f1(confusion))

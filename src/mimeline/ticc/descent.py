@@ -75,7 +75,8 @@ def descend(windows: Windows, labels, setting: Setting) -> Fit:
         held -= np.bincount(labels[windows.cut], minlength=setting.n_clusters)
         empty = np.flatnonzero((held < FULL_WINDOWS) & (refills < REFILLS))
         if len(empty):
-            labels = refill(labels, _own_costs(windows, labels, fit), windows, empty)
+            own = Costs(fit.gaussians, windows).own(labels) if fit else _distances(windows)
+            labels = refill(labels, own, windows, empty)
             refills[empty] += 1
         counts, *found = cluster_statistics(windows, labels, setting.n_clusters)
         alive = counts > 0  # a cluster without frames stays what it was
@@ -101,15 +102,10 @@ def descend(windows: Windows, labels, setting: Setting) -> Fit:
     return fit
 
 
-def _own_costs(windows: Windows, labels, fit: Fit | None) -> np.ndarray:
-    """(T,): what each frame costs in its cluster; before there are any, its distance from all."""
-    own = np.empty(windows.n_frames)
-    costs = Costs(fit.gaussians, windows) if fit else None
+def _distances(windows: Windows) -> np.ndarray:
+    """(T,): squared distance of each frame from the mean of all."""
+    found = np.empty(windows.n_frames)
     for begin, end in windows.blocks():
-        if costs:
-            block = costs.of(begin, end)
-            own[begin:end] = block[np.arange(end - begin), labels[begin:end]]
-        else:
-            whole = windows.values(begin, end)[:, windows.reach.before :]
-            own[begin:end] = (whole[:, : end - begin] ** 2).sum(axis=0)
-    return own
+        values = windows.values(begin, end)[:, windows.reach.before :]
+        found[begin:end] = (values[:, : end - begin] ** 2).sum(axis=0)
+    return found

@@ -35,16 +35,13 @@ class Costs:
         n_clusters, size = means.shape
         self.windows, self.window, self.means = windows, windows.reach.window, means
         n = size // self.window
-        self.partial, self.constants = [], []
-        for front, back in [(0, 0), *windows.lacks]:
-            P, logdet = marginal(precisions, front * n, size - back * n)
+        self.partial = np.empty((len(windows.lacks), *precisions.shape))  # (C, K, wn, wn)
+        self.constants = np.empty((len(windows.lacks), n_clusters))
+        for kind, (front, back) in enumerate(windows.lacks):
+            self.partial[kind], logdets = marginal(precisions, front * n, size - back * n)
             number = size - (front + back) * n
-            paid = penalty * np.abs(P).sum(axis=(1, 2))  # (K,)
-            self.partial.append(P)
-            self.constants.append(0.5 * (number * np.log(2 * np.pi) - logdet + paid))
-        self.partial = np.array(self.partial[1:]).reshape(-1, *precisions.shape)  # (C, K, wn, wn)
-        whole, *cut = self.constants
-        self.constants = np.array(cut).reshape(-1, n_clusters)  # (C, K)
+            self.constants[kind] = _constant(number, logdets, self.partial[kind], penalty)
+        whole = _constant(size, np.linalg.slogdet(precisions)[1], precisions, penalty)  # (K,)
 
         lags = np.swapaxes(precisions[:, :n].reshape(n_clusters, n, self.window, n), 1, 2)
         self.products = Products.of((lags != 0).any(axis=0))
@@ -64,6 +61,14 @@ class Costs:
             lacks = self.windows.lacks
             _cut_costs(values, at, kind, lacks, self.means, self.partial, self.constants, costs)
         return costs
+
+    def own(self, labels: np.ndarray) -> np.ndarray:
+        """(T,): the cost of each frame in the cluster that labels (T,) give it."""
+        own = np.empty(len(labels))
+        for begin, end in self.windows.blocks():
+            block = self.of(begin, end)
+            own[begin:end] = block[np.arange(end - begin), labels[begin:end]]
+        return own
 
 
 @njit(cache=True)
@@ -87,6 +92,12 @@ def _cut_costs(values, at, kinds, lacks, means, partial, constants, costs):
             costs[t, k] = 0.5 * square + constants[kind, k]
 
 
+def _constant(number: int, logdets, precisions, penalty: float) -> np.ndarray:
+    """(K,): what a window of so many numbers costs wherever its frames lie."""
+    paid = penalty * np.abs(precisions).sum(axis=(1, 2))
+    return 0.5 * (number * np.log(2 * np.pi) - logdets + paid)
+
+
 def marginal(precisions: np.ndarray, low: int, high: int) -> tuple[np.ndarray, np.ndarray]:
     """Precisions and log-determinants (K,) of the entries low to high of Gaussians.
 
@@ -96,13 +107,10 @@ def marginal(precisions: np.ndarray, low: int, high: int) -> tuple[np.ndarray, n
     """
     size = precisions.shape[1]
     gone = np.r_[:low, high:size]
-    rest = precisions[:, low:high, low:high]
-    if len(gone):
-        beside = precisions[:, gone, low:high]
-        rest = rest - np.swapaxes(beside, 1, 2) @ np.linalg.solve(
-            precisions[:, gone[:, None], gone], beside
-        )
-        rest = (rest + np.swapaxes(rest, 1, 2)) / 2
+    beside = precisions[:, gone, low:high]
+    inside = np.linalg.solve(precisions[:, gone[:, None], gone], beside)
+    rest = precisions[:, low:high, low:high] - np.swapaxes(beside, 1, 2) @ inside
+    rest = (rest + np.swapaxes(rest, 1, 2)) / 2
     whole = np.zeros_like(precisions)
     whole[:, low:high, low:high] = rest
     return whole, np.linalg.slogdet(rest)[1]

@@ -194,13 +194,9 @@ class TICC(ClusterMixin, BaseEstimator):
         windows, real = self._view(frames, self._separates(frames))
         seen = np.full(windows.n_frames, self.window)  # frames that a window holds
         seen[windows.cut] -= windows.lacks.sum(axis=1)[windows.kind]
-        total = 0.0
         with threadpool_limits(1):
             labels = self._path(frames)[0].labels
-            costs = Costs(self._clusters_of(self), windows)
-            for begin, end in windows.blocks():
-                own = costs.of(begin, end)[np.arange(end - begin), labels[begin:end]]
-                total += own[real[begin:end]].sum()
+            total = Costs(self._clusters_of(self), windows).own(labels)[real].sum()
         volume = np.log(self.scale_).sum() * seen[real].sum()  # costs are in units of the scale
         return -float(total + volume) / np.count_nonzero(real)
 
