@@ -15,12 +15,15 @@ TOLD = 3  # failed clips that the log names
 class Ledger:
     """Collects one stage's decisions, exactly one per clip that came in.
 
-    A dropped clip broke a rule; a failed one could not be processed; every other clip is kept.
+    A dropped clip broke a rule; a failed one could not be processed; every other clip is kept. A
+    clip that is dropped or failed has one row, which says why; one that is kept has a row for each
+    note, or one without a rule.
     """
 
     def __init__(self, stage: str, clips: Iterable[str]):
         self.stage = stage
         self.rows: dict[str, dict] = {clip: self._row(clip, "kept") for clip in clips}
+        self._notes: dict[str, dict[str, dict]] = {clip: {} for clip in self.rows}
 
     def _row(self, clip_id: str, status: str, **facts) -> dict:
         row = dict.fromkeys(tables.LEDGER.schema.names)
@@ -35,15 +38,22 @@ class Ledger:
         self._decide(clip_id, "failed", rule, facts)
 
     def note(self, clip_id: str, rule: str, **facts) -> None:
-        """The clip is kept, and the ledger says something about it (a rule that did not apply)."""
-        self._decide(clip_id, "kept", rule, facts)
+        """If the clip is kept, the ledger says this of it (as a rule that did not apply).
+
+        Of two notes of one rule the later one counts.
+        """
+        self._require(clip_id)
+        self._notes[clip_id][rule] = self._row(clip_id, "kept", rule=rule, **facts)
 
     def _decide(self, clip_id: str, status: str, rule: str, facts: dict) -> None:
-        if clip_id not in self.rows:
-            raise AssertionError(f"{self.stage} decides on {clip_id}, which never came in")
-        if self.rows[clip_id]["rule"] is not None:
+        self._require(clip_id)
+        if self.rows[clip_id]["status"] != "kept":
             raise AssertionError(f"{self.stage} decides twice on {clip_id}")
         self.rows[clip_id] = self._row(clip_id, status, rule=rule, **facts)
+
+    def _require(self, clip_id: str) -> None:
+        if clip_id not in self.rows:
+            raise AssertionError(f"{self.stage} decides on {clip_id}, which never came in")
 
     @property
     def kept(self) -> list[str]:
@@ -58,8 +68,11 @@ class Ledger:
         if sorted(kept) != sorted(self.kept):
             lost = set(self.kept) ^ set(kept)
             raise AssertionError(f"{self.stage}: no decision explains the clips {sorted(lost)}")
-        rows = pd.DataFrame(list(self.rows.values()), columns=tables.LEDGER.schema.names)
-        tables.write(tables.LEDGER, rows, path)
+        rows = []
+        for clip, row in self.rows.items():
+            noted = self._notes[clip] if row["status"] == "kept" else {}
+            rows += noted.values() or [row]
+        tables.write(tables.LEDGER, pd.DataFrame(rows, columns=tables.LEDGER.schema.names), path)
 
     def tell(self, log: logging.Logger) -> None:
         """Log the counts, and of the first clips that failed, why."""

@@ -155,7 +155,8 @@ def test_a_real_catalogue_reads_whole(tmp_path, real_data):
 def test_a_folder_without_takes_or_no_folder_says_so(tmp_path):
     options = {"pattern": "*.csv", "exclude": [], "subject": "me"}
     out = ([tmp_path / "clips.parquet"], tmp_path / "ledger.parquet")
-    with pytest.raises(BadFile, match=r"no file \*.csv"):
-        catalogue(tmp_path, *out, "files", options, None, {"options": {"folder": "."}}, None)
+    tracker = {"format": "livelink", "options": {"folder": "."}, "bad_values": "fail"}
+    with pytest.raises(BadFile, match=r"no Live Link Face CSV among \*.csv"):
+        catalogue(tmp_path, *out, "files", options, None, tracker, None)
     with pytest.raises(BadFile, match="no such folder"):
         catalogue(tmp_path / "nowhere", *out, "files", options, None, {}, None)

@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from mimeline import tables
-from mimeline.config import TimelineModel
+from mimeline.config.sections import TimelineModel
 from mimeline.training.train import train
 from mimeline.vocabulary import ACTIONS, CHANNELS
 

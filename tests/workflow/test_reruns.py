@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 from mimeline.config import Config, Section
+from mimeline.tracking.readers import READERS
 from mimeline.vocabulary import SERIES_REGIONS
 
 AFTER_POSE = {"series", "segment", "exemplars", "label", "annotate", "split", "train", "evaluate"}
@@ -24,8 +25,7 @@ USERS: dict[str, set[str]] = {
     "fetch": {"fetch"},
     "ingest": {"ingest"},
     "ingest.format": {"ingest", "fetch"},
-    "ingest.livelink.fps": {"ingest", "fetch"},
-    "ingest.pyfeat.fps": {"ingest", "fetch"},
+    **{f"ingest.{name}.fps": {"ingest", "fetch"} for name in READERS},
     "ingest.pyfeat.stride": {"ingest", "fetch"},
     "pose": {"pose"},
     "series": {"series"},
@@ -64,7 +64,7 @@ FORMATS = {
     "catalogue.files": {"catalogue": {"format": "files"}},
     "catalogue.videos": {"catalogue": {"format": "videos"}},
     "ingest.livelink": {},
-    "ingest.pyfeat": {"ingest": {"format": "pyfeat"}},
+    **{f"ingest.{name}": {"ingest": {"format": name}} for name in READERS if name != "livelink"},
     "pose.sixdrepnet": {},
 }
 # These change which jobs there are, or where their files lie, not the params of a rule.
@@ -93,6 +93,8 @@ def another(key: str, field, value):
         "evaluate.truth": "truth",
         "report.face": "face.npz",
         "catalogue.cut_s": 7.5,
+        "ingest.max_loss": 0.5,
+        "ingest.table.channels": {"jawOpen": {"column": "jaw"}},
         "sweep.n_clusters": [2],
         "sweep.beta": [3.0],
         "toy.video_px": 128,

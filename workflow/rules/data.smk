@@ -1,4 +1,5 @@
 from mimeline.media.confined import MEMORY_MB
+from mimeline.tables import COEFFICIENTS
 
 SHARDS = [f"{number:02d}" for number in range(config["shards"])]
 TOY = config["data_dir"] is None
@@ -109,6 +110,10 @@ rule ingest:
         data=DATA,
     output:
         motion="<results>/ingest/{shard}/motion.parquet",
+        coefficients=expand(
+            "<results>/ingest/{{shard}}/{name}.parquet", name=COEFFICIENTS
+        ),
+        origins="<results>/ingest/{shard}/origins.parquet",
         clips="<results>/ingest/{shard}/clips.parquet",
         ledger="<results>/ingest/{shard}/ledger.parquet",
     log:
@@ -120,8 +125,11 @@ rule ingest:
         mem_mb=2000,
     params:
         ingest=chosen(config["ingest"]),
+        mirrored=lookup("ingest/mirrored", within=config),
         bad_values=lookup("ingest/bad_values", within=config),
         max_missing=lookup("ingest/max_missing", within=config),
+        max_loss=lookup("ingest/max_loss", within=config),
+        max_reprojection=lookup("ingest/max_reprojection", within=config),
         listing=listing(config["data_dir"]),
         code=code_digest("mimeline.tracking.ingest"),
     message:

@@ -6,6 +6,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Sequence
+from fnmatch import fnmatchcase
 from pathlib import Path
 
 import pandas as pd
@@ -17,7 +18,7 @@ from mimeline.clips.folder import sources
 from mimeline.errors import BadFile, MimelineError
 from mimeline.ledger import Ledger
 from mimeline.media.limits import Limits
-from mimeline.tracking.readers import read_take
+from mimeline.tracking.readers import Tracker
 
 log = logging.getLogger(__name__)
 
@@ -97,19 +98,23 @@ def shard_of(source_id: str, shards: int) -> int:
 def _files(
     data: Path, tracker: dict, pattern: str, exclude: list[str], subject: str | None
 ) -> tuple[list[dict], dict[str, MimelineError]]:
-    """Each file of the tracker's folder is a take; its tracking result tells how long it is."""
-    folder = data / tracker["options"]["folder"]
-    paths = sorted(path for path in folder.glob(pattern) if path.name not in exclude)
+    """Each take of the tracker's folder is a source; its tracking result tells how long it is."""
+    results = Tracker.of(data, **tracker)
+    paths = [
+        path
+        for path in results.takes()
+        if fnmatchcase(path.name, pattern) and path.name not in exclude
+    ]
     if not paths:
         raise BadFile(
-            folder,
-            found=f"no file {pattern}",
+            results.folder,
+            found=f"no {results.reader.convention.title} among {pattern}",
             expected="at least one take",
             remedy="Check data_dir, the tracker's folder and catalogue.files.pattern.",
         )
 
     def facts(path: Path) -> dict:
-        take = read_take(path, **tracker)
+        take = results.read(path)
         return {"end_s": float(len(take.motion) / take.fps)}
 
     return sources(paths, subject, facts)

@@ -18,6 +18,18 @@ def turned(yaw_left: np.ndarray, pitch_up: np.ndarray, tilt_left: np.ndarray) ->
     return turn.astype(np.float32)
 
 
+def angles_of(rotations: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """yaw_left, pitch_up and tilt_left, (n,) radians each, of rotations (n, 3, 3); undoes `turned`.
+
+    pitch_up is within a quarter turn. Rotations are of the subject's frame.
+    """
+    R = np.asarray(rotations, np.float64)
+    pitch_up = np.arcsin(np.clip(R[:, 1, 2], -1, 1))
+    yaw_left = np.arctan2(R[:, 0, 2], R[:, 2, 2])
+    tilt_left = -np.arctan2(R[:, 1, 0], R[:, 1, 1])
+    return yaw_left, pitch_up, tilt_left
+
+
 def _about(axis: int, angle: np.ndarray) -> np.ndarray:
     """Right-handed rotations (n, 3, 3) about an axis of the frame."""
     angle = np.asarray(angle, np.float64)

@@ -12,7 +12,9 @@ import numpy as np
 import pandas as pd
 
 from mimeline.errors import BadFile
-from mimeline.tracking.take import Take, angles, assemble, expressions, numbers, read_columns
+from mimeline.tracking.columns import angles, expressions, numbers, read_columns
+from mimeline.tracking.convention import Convention
+from mimeline.tracking.take import Take, assemble
 
 DAY_S = 24 * 3600
 TOO_FAST = 0.75  # frames between two rows, below which the take has another rate
@@ -23,6 +25,30 @@ HEAD_SIGNS = {
     "HeadRoll": ("head_tilt_left", 1.0),
 }
 EYES = {"gaze_left": ("LeftEyeYaw", "RightEyeYaw"), "gaze_up": ("LeftEyePitch", "RightEyePitch")}
+
+ENDINGS = (".csv",)
+CONVENTION = Convention(
+    title="Live Link Face CSV",
+    files="<name>.csv",
+    coefficients="",
+    axes="",
+    rotation="",
+    angle_unit="radians",
+    sides="the subject's",
+    first_frame=None,
+    gap="",
+    never="",
+    evidence="",
+)
+
+
+def holds(path: Path) -> bool:
+    """Whether the file's header is one of this format's."""
+    try:
+        with open(path, encoding="utf-8-sig") as file:
+            return "Timecode" in file.readline(100_000)
+    except (OSError, ValueError):
+        return False
 
 
 def read(path: Path, fps: str, timecode_base: int, angle_unit: str, bad_values: str) -> Take:

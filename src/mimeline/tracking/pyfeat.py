@@ -13,15 +13,9 @@ import numpy as np
 import pandas as pd
 
 from mimeline.errors import BadFile
-from mimeline.tracking.take import (
-    MOST_FRAMES,
-    Take,
-    angles,
-    assemble,
-    expressions,
-    numbers,
-    read_columns,
-)
+from mimeline.tracking.columns import angles, expressions, numbers, read_columns
+from mimeline.tracking.convention import Convention
+from mimeline.tracking.take import MOST_FRAMES, Take, assemble
 from mimeline.vocabulary import EXPRESSIONS, canonical
 
 SIGNS = {
@@ -31,6 +25,30 @@ SIGNS = {
     "gaze_yaw": ("gaze_left", 1.0),
     "gaze_pitch": ("gaze_up", 1.0),
 }
+
+ENDINGS = (".csv",)
+CONVENTION = Convention(
+    title="py-feat 2 table",
+    files="<name>.csv",
+    coefficients="",
+    axes="",
+    rotation="",
+    angle_unit="radians",
+    sides="the subject's",
+    first_frame=None,
+    gap="",
+    never="",
+    evidence="",
+)
+
+
+def holds(path: Path) -> bool:
+    """Whether the file's header is one of this format's."""
+    try:
+        with open(path, encoding="utf-8-sig") as file:
+            return "FaceScore" in file.readline(100_000)
+    except (OSError, ValueError):
+        return False
 
 
 def read(path: Path, fps: str, stride: int, bad_values: str) -> Take:

@@ -1,166 +1,86 @@
 """A take: what one tracking result says, in the house's channels, signs and frame clock."""
 
-import csv
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from pandas.errors import EmptyDataError
 
-from mimeline.errors import BadFile, MissingColumn, NoSuchFile
-from mimeline.vocabulary import CHANNELS, EXPRESSIONS, canonical
+from mimeline.errors import BadFile
+from mimeline.vocabulary import CHANNELS
 
-EXPRESSION_RANGE = (-1.0, 2.0)  # coefficients of [0, 1] overshoot a little
 MOST_FRAMES = 1_000_000  # in a take: nine hours at 30 fps
+
+
+@dataclass(frozen=True)
+class Origin:
+    """How a channel was had from a format.
+
+    text: "column MouthSmileLeft", "expression through flame.npz"; of a channel that the format
+    cannot give, why not. measured: whether it gives the channel. quality: what a mapping through a
+    face model keeps of the channel, in [0, 1]; None where nothing was mapped, or nothing is known.
+    """
+
+    text: str
+    measured: bool = True
+    quality: float | None = None
 
 
 @dataclass(frozen=True)
 class Take:
     """motion: frame 0..n-1, valid, confidence, tracker_loss and every channel (NaN where not
-    measured), one row per frame of the clock. fps: frames per second of that clock."""
+    measured), one row per frame of the clock. fps: frames per second of that clock.
+    coefficients: other representations, named as in tables.COEFFICIENTS, each a table with its
+    columns but clip_id and frame, row by row beside motion; NaN where a frame has none.
+    origins: channel → how it was had. loss: what tracker_loss is ("the tracker's own"), empty where
+    there is none. first_frame: the number that the source gives to its first frame, where it counts.
+    """
 
     motion: pd.DataFrame
     fps: Fraction
+    coefficients: Mapping[str, pd.DataFrame] = field(default_factory=dict)
+    origins: Mapping[str, Origin] = field(default_factory=dict)
+    loss: str = ""
+    first_frame: int | None = None
 
     def cut(self, start: int, end: int) -> "Take":
         """Frames [start, end), counted from 0 anew."""
-        part = self.motion[(self.motion["frame"] >= start) & (self.motion["frame"] < end)]
-        return Take(part.assign(frame=part["frame"] - start).reset_index(drop=True), self.fps)
+        inside = self.motion["frame"].between(start, end - 1).to_numpy()
+        part = self.motion[inside]
+        return replace(
+            self,
+            motion=part.assign(frame=part["frame"] - start).reset_index(drop=True),
+            coefficients={
+                name: rows[inside].reset_index(drop=True)
+                for name, rows in self.coefficients.items()
+            },
+        )
 
     def padded(self, n_frames: int) -> "Take":
         """At least n_frames frames; what the tracker did not give is not valid."""
-        return Take(on_clock(self.motion, max(n_frames, len(self.motion))), self.fps)
-
-
-def read_columns(path: Path, text: tuple[str, ...] = ()) -> pd.DataFrame:
-    """A tracker's CSV as it stands: column names stripped, every cell text.
-
-    text: columns that must be there, whatever they hold.
-    Raises BadFile for a file that is no table or has no header, MissingColumn for a missing one.
-    """
-    try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            header = next(csv.reader(file), [])
-        table = pd.read_csv(
-            path,
-            dtype=str,
-            keep_default_na=False,
-            skipinitialspace=True,
-            encoding="utf-8-sig",
-            index_col=False,
+        n_frames = max(n_frames, len(self.motion))
+        return replace(
+            self,
+            motion=on_clock(self.motion, n_frames),
+            coefficients={
+                name: rows.reindex(pd.RangeIndex(n_frames))
+                for name, rows in self.coefficients.items()
+            },
         )
-    except FileNotFoundError as error:
-        raise NoSuchFile(
-            path,
-            found="no such file",
-            expected="a tracking result",
-            remedy="Check data_dir and the folder in the ingest section.",
-        ) from error
-    except (ValueError, OSError, csv.Error) as error:
-        raise BadFile(
-            path,
-            found="an empty file" if isinstance(error, EmptyDataError) else str(error),
-            expected="a CSV table with a header",
-            remedy="Export the take again.",
-        ) from error
-    names = [name.strip() for name in header]
-    if len(names) == 1 and (other := next((c for c in ";\t" if c in names[0]), None)):
-        raise BadFile(
-            path,
-            place="line 1",
-            found=f"columns separated by {other!r}",
-            expected="columns separated by ','",
-            remedy="Save the table with commas, and points in its numbers.",
-        )
-    if not any(canonical(name) for name in names):
-        raise BadFile(
-            path,
-            place="line 1",
-            found=", ".join(name[:20] for name in names[:3] if name) + " ...",
-            expected="a header with channel names",
-            remedy="Export the take with its header: columns are known by name, never by position.",
-        )
-    meant = [canonical(name) or name for name in names]
-    if repeated := sorted({name for name in meant if meant.count(name) > 1}):
-        raise BadFile(
-            path,
-            place="line 1",
-            found=f"column {repeated[0]} twice",
-            expected="each column once",
-            remedy="Export the take again.",
-        )
-    table.columns = names
-    if missing := [name for name in text if name not in table]:
-        raise MissingColumn(
-            path,
-            place="line 1",
-            found="no such column",
-            expected=", ".join(missing),
-            remedy="Export the take with all its columns, or correct ingest.format.",
-        )
-    return table
 
+    def mirrored(self) -> "Take":
+        """What a tracker says of the same pictures, mirrored: sides exchanged.
 
-def numbers(
-    table: pd.DataFrame, columns: list[str], path: Path, bad_values: str, blank_ok: bool = False
-) -> tuple[pd.DataFrame, np.ndarray]:
-    """The columns as floats, and which rows held something else.
-
-    bad_values: "fail" raises BadFile at the first bad cell, "mask" gives NaN and marks the row.
-    blank_ok: an empty cell is a value that the tracker does not give, no bad one.
-    """
-    values = table[columns].apply(pd.to_numeric, errors="coerce").astype(float)
-    bad = ~np.isfinite(values.to_numpy())
-    if blank_ok:
-        bad &= (table[columns] != "").to_numpy()
-    if bad.any() and bad_values == "fail":
-        row, column = np.argwhere(bad)[0]
-        raise BadFile(
-            path,
-            place=f"line {table.index[row] + 2}, column {columns[column]}",
-            found=repr(table[columns[column]].iloc[row]),
-            expected="a number",
-            remedy="Fix the cell, or set ingest.bad_values: mask to treat the frame as a gap.",
-        )
-    return values.where(np.isfinite(values)), bad.any(axis=1)
-
-
-def expressions(values: pd.DataFrame, path: Path) -> pd.DataFrame:
-    """The ARKit channels among the columns, by name. Raises BadFile far outside of [0, 1]."""
-    named = values.rename(columns={c: n for c in values if (n := canonical(c)) in EXPRESSIONS})
-    named = named[[name for name in EXPRESSIONS if name in named]]
-    low, high = EXPRESSION_RANGE
-    outside = ((named < low) | (named > high)).to_numpy()
-    if outside.any():
-        row, column = np.argwhere(outside)[0]
-        raise BadFile(
-            path,
-            place=f"line {row + 2}, column {named.columns[column]}",
-            found=f"{named.iat[row, column]:g}",
-            expected="a coefficient between 0 and 1",
-            remedy="Divide by 100 where the export is in per cent; else export the take again.",
-        )
-    return named
-
-
-def angles(values: pd.DataFrame, unit: str, path: Path, remedy: str) -> pd.DataFrame:
-    """Angles in radians; a column that is 0 wherever it is a number was never measured: NaN.
-
-    unit: "radians" or "degrees". remedy: what to do where an angle is beyond half a turn.
-    """
-    values = values.copy()
-    values.loc[:, ((values == 0) | values.isna()).all(axis=0)] = np.nan
-    radians = np.radians(values) if unit == "degrees" else values
-    if (radians.abs() > np.pi).to_numpy().any():
-        raise BadFile(
-            path,
-            found=f"an angle of {float(np.nanmax(values.abs())):.3g} in {unit}",
-            expected="angles within half a turn",
-            remedy=remedy,
-        )
-    return radians
+        Coefficients of face models and landmarks are left out: they have no named sides.
+        """
+        motion = self.motion.copy()
+        for name, channel in CHANNELS.items():
+            motion[channel.mirror] = channel.mirror_sign * self.motion[name]
+        units = {n: rows for n, rows in self.coefficients.items() if n == "action_units"}
+        origins = {CHANNELS[name].mirror: origin for name, origin in self.origins.items()}
+        return replace(self, motion=motion, coefficients=units, origins=origins)
 
 
 def on_clock(motion: pd.DataFrame, n_frames: int) -> pd.DataFrame:

@@ -1,30 +1,12 @@
-"""The configuration: one section per stage, each key with its unit and meaning.
+"""The configuration's sections, one per stage: each key with its unit and meaning."""
 
-`config/config.yaml` and `config/config.schema.json` are written from these models (`mimeline
-config`); unknown keys are refused.
-"""
+from typing import Annotated, Literal
 
-import json
-import textwrap
-from typing import Annotated, Any, Literal
+from pydantic import Field, model_validator
 
-import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
-
-from mimeline.errors import BadConfig
+from mimeline.config.section import Count, Positive, Rate, Section, Seed, Share
+from mimeline.config.trackers import Ingest
 from mimeline.vocabulary import SERIES_REGIONS
-
-Positive = Annotated[float, Field(gt=0)]
-Share = Annotated[float, Field(ge=0, le=1)]
-Count = Annotated[int, Field(ge=1)]
-Seed = Annotated[int, Field(ge=0, le=2**32 - 1)]  # what every library takes
-Rate = Annotated[str, Field(pattern=r"^[1-9]\d*(/[1-9]\d*)?$")]
-
-
-class Section(BaseModel):
-    model_config = ConfigDict(
-        extra="forbid", coerce_numbers_to_str=True, allow_inf_nan=False, str_min_length=1
-    )
 
 
 class Toy(Section):
@@ -36,6 +18,9 @@ class Toy(Section):
     video_share: Share = Field(0.25, description="share of the clips that have a video")
     video_px: Annotated[int, Field(ge=32, le=1024, multiple_of=2)] = Field(
         256, description="edge of the videos, pixels"
+    )
+    tracker: Literal["livelink", "metrical_tracker"] = Field(
+        "livelink", description="whose files the toy world's tracking results are written as"
     )
 
 
@@ -52,7 +37,7 @@ class Files(Section):
     """Every file of the tracker's folder is a take."""
 
     pattern: Annotated[str, Field(pattern=r"^[^/]+$")] = Field(
-        "*.csv", description="which files of the tracker's folder are takes"
+        "*", description="which of the tracker's files, or of its folders, are takes"
     )
     exclude: list[str] = Field([], description="file names to leave out (tables of attributes)")
     subject: str | None = Field(
@@ -122,35 +107,6 @@ class Fetch(Section):
     timeout_s: Positive = Field(
         300.0, description="longest single run of a probe or of ffmpeg on a video, seconds"
     )
-
-
-class LiveLink(Section):
-    """Live Link Face CSV."""
-
-    folder: str = Field("livelink", description="where the CSV files lie, under data_dir")
-    fps: Rate = Field("30", description="frames per second of the take, as 30 or 30000/1001")
-    timecode_base: Count = Field(60, description="frames per second that the timecode counts in")
-    angle_unit: Literal["radians", "degrees"] = Field(
-        "radians", description="unit of the head and eye columns"
-    )
-
-
-class PyFeat(Section):
-    """py-feat 2 tables."""
-
-    folder: str = Field(".", description="where the CSV files lie, under data_dir")
-    fps: Rate = Field("25", description="frames per second of the videos that were analysed")
-    stride: Count = Field(1, description="every n-th frame of the videos was analysed")
-
-
-class Ingest(Section):
-    format: Literal["livelink", "pyfeat"] = Field("livelink", description="which block to use")
-    livelink: LiveLink = LiveLink()
-    pyfeat: PyFeat = PyFeat()
-    bad_values: Literal["fail", "mask"] = Field(
-        "fail", description="text or NaN in a number's place: fail the clip, or mask the frame"
-    )
-    max_missing: Share = Field(0.1, description="largest share of frames without a face, else drop")
 
 
 class SixDRepNet(Section):
@@ -335,83 +291,3 @@ class Config(Section):
 
 
 assert set(SERIES_REGIONS) == set(Segment.model_fields)
-
-
-def validate(values: dict[str, Any], file: str = "config") -> dict[str, Any]:
-    """The configuration, checked and complete: every key present, text numbers made numbers.
-
-    Raises an ExceptionGroup of BadConfig, one for each mistake.
-    """
-    try:
-        return Config.model_validate(values).model_dump(mode="json")
-    except ValidationError as error:
-        problems = [_problem(problem, file) for problem in error.errors(include_url=False)]
-        raise ExceptionGroup("the configuration cannot be used", problems) from None
-
-
-def _problem(problem: dict[str, Any], file: str) -> BadConfig:
-    key = ".".join(str(part) for part in problem["loc"])
-    found = "an unknown key" if problem["type"] == "extra_forbidden" else repr(problem["input"])
-    return BadConfig(
-        file,
-        place=f"key {key}" if key else "",
-        found=found if key else "values that do not agree",
-        expected=_expected(problem, key),
-        remedy="config/README.md explains every key.",
-    )
-
-
-def _expected(problem: dict[str, Any], key: str) -> str:
-    if problem["type"] == "string_pattern_mismatch" and key.endswith("fps"):
-        return "a rate like 30 or 30000/1001"
-    if problem["type"] == "model_type":
-        return "keys and values"
-    if problem["type"] == "too_short":
-        return "at least one value"
-    if problem["type"] != "extra_forbidden":
-        return problem["msg"].removeprefix("Value error, ").removeprefix("Input should be ")
-    section: Any = Config
-    for part in key.split(".")[:-1]:
-        section = section.model_fields[part].annotation
-    return f"one of {', '.join(section.model_fields)}"
-
-
-def default_yaml() -> str:
-    """The commented default configuration."""
-    lines = [
-        "# yaml-language-server: $schema=config.schema.json",
-        "# Written from the models in src/mimeline/config.py by `mimeline config`.",
-    ]
-    for name, field in Config.model_fields.items():
-        value = field.get_default()
-        if isinstance(value, Section):
-            lines += ["", *_section(name, value, depth=0)]
-        else:
-            lines += ["", *_entry(name, value, field.description, depth=0)]
-    return "\n".join(lines) + "\n"
-
-
-def _section(name: str, section: Section, depth: int) -> list[str]:
-    indent = "  " * depth
-    about = (type(section).__doc__ or "").strip().splitlines()
-    lines = [f"{indent}# {about[0]}"] if about else []
-    lines.append(f"{indent}{name}:")
-    for key, field in type(section).model_fields.items():
-        value = getattr(section, key)
-        if isinstance(value, Section):
-            lines += _section(key, value, depth + 1)
-        else:
-            lines += _entry(key, value, field.description, depth + 1)
-    return lines
-
-
-def _entry(key: str, value: Any, about: str, depth: int) -> list[str]:
-    indent = "  " * depth
-    comment = [f"{indent}# {line}" for line in textwrap.wrap(about, 96 - len(indent))]
-    dumped = yaml.safe_dump(value, default_flow_style=True, width=10_000).strip()
-    return [*comment, f"{indent}{key}: {dumped.removesuffix('...').strip()}"]
-
-
-def json_schema() -> str:
-    """The configuration's JSON schema, for editors."""
-    return json.dumps(Config.model_json_schema(), indent=2, ensure_ascii=False) + "\n"

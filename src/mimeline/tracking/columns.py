@@ -1,0 +1,239 @@
+"""A tracker's CSV: columns known by name, numbers checked, angles in radians."""
+
+import csv
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from pandas.api.types import is_bool_dtype, is_numeric_dtype
+from pandas.errors import DtypeWarning, ParserError, ParserWarning
+
+from mimeline.errors import BadFile, MissingColumn, NoSuchFile
+from mimeline.vocabulary import EXPRESSIONS, canonical
+
+EXPRESSION_RANGE = (-1.0, 2.0)  # coefficients of [0, 1] overshoot a little
+
+
+def read_columns(
+    path: Path, text: tuple[str, ...] = (), needed: tuple[str, ...] = ()
+) -> pd.DataFrame:
+    """A tracker's CSV by its stripped column names, one row per row of the file.
+
+    A column of numbers is read as numbers; where a single cell is none, all are text as they stand.
+    text: columns that must be there and stay text. needed: others that must be there. Columns
+    without a name are left out, as are the blank cells that a comma at a row's end makes.
+    Raises BadFile for a file that is no table, has no header or a row with more cells than that,
+    MissingColumn for a missing column.
+    """
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            records = csv.reader(file, skipinitialspace=True)
+            names = [name.strip() for name in next(filter(None, records), [])]
+        _check_header(names, (*text, *needed), path)
+        table = _parsed(path, names, text)
+    except FileNotFoundError as error:
+        raise NoSuchFile(
+            path,
+            found="no such file",
+            expected="a tracking result",
+            remedy="Check data_dir and the folder in the ingest section.",
+        ) from error
+    except (ValueError, OSError, csv.Error, OverflowError) as error:
+        raise BadFile(
+            path,
+            found=str(error),
+            expected="a CSV table with a header",
+            remedy="Export the take again.",
+        ) from error
+    return table.loc[:, [bool(name) for name in names]]
+
+
+def header_of(path: Path) -> frozenset[str]:
+    """The column names of a CSV, stripped; none where it cannot be read as one."""
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            line = file.readline(1_000_000)
+        return frozenset(name.strip() for name in next(csv.reader([line], skipinitialspace=True)))
+    except (OSError, ValueError, csv.Error, StopIteration):
+        return frozenset()
+
+
+def numbers(
+    table: pd.DataFrame, columns: list[str], path: Path, bad_values: str, blank_ok: bool = False
+) -> tuple[pd.DataFrame, np.ndarray]:
+    """The columns as floats, and which rows held something else.
+
+    bad_values: "fail" raises BadFile at the first bad cell, "mask" gives NaN and marks the row.
+    blank_ok: an empty cell is a value that the tracker does not give, no bad one.
+    """
+    chosen = table[list(columns)]
+    if all(is_numeric_dtype(dtype) for dtype in chosen.dtypes):
+        values = chosen.to_numpy(float)
+    else:
+        values = chosen.apply(pd.to_numeric, errors="coerce").to_numpy(float, na_value=np.nan)
+    finite = np.isfinite(values)
+    bad = ~finite
+    if blank_ok and bad.any():
+        bad &= (chosen != "").to_numpy()
+    if bad.any() and bad_values == "fail":
+        row, column = np.argwhere(bad)[0]
+        raise BadFile(
+            path,
+            place=f"line {line_of(path, table.index[row])}, column {columns[column]}",
+            found=repr(chosen.iat[row, column]),
+            expected="a number",
+            remedy="Fix the cell, or set ingest.bad_values: mask to treat the frame as a gap.",
+        )
+    values = np.where(finite, values, np.nan)
+    return pd.DataFrame(values, table.index, chosen.columns, copy=False), bad.any(axis=1)
+
+
+def expressions(values: pd.DataFrame, path: Path) -> pd.DataFrame:
+    """The ARKit channels among the columns, by name. Raises BadFile far outside of [0, 1]."""
+    columns = {name: c for c in values if (name := canonical(c)) in EXPRESSIONS}
+    columns = {name: columns[name] for name in EXPRESSIONS if name in columns}
+    named = values[list(columns.values())].set_axis(list(columns), axis=1)
+    low, high = EXPRESSION_RANGE
+    coefficients = named.to_numpy()
+    outside = (coefficients < low) | (coefficients > high)
+    if outside.any():
+        row, column = np.argwhere(outside)[0]
+        raise BadFile(
+            path,
+            place=f"line {line_of(path, named.index[row])}, column {named.columns[column]}",
+            found=f"{coefficients[row, column]:g}",
+            expected="a coefficient between 0 and 1",
+            remedy="Divide by 100 where the export is in per cent; else export the take again.",
+        )
+    return named
+
+
+def angles(values: pd.DataFrame, unit: str, path: Path, remedy: str) -> pd.DataFrame:
+    """Angles in radians; a column that is 0 wherever it is a number was never measured: NaN.
+
+    unit: "radians" or "degrees". remedy: what to do where an angle is beyond half a turn.
+    """
+    given = values.to_numpy(float)
+    idle = ((given == 0) | np.isnan(given)).all(axis=0)
+    given = np.where(idle, np.nan, given)
+    radians = np.radians(given) if unit == "degrees" else given
+    beyond = np.abs(radians) > np.pi
+    if beyond.any():
+        row, column = np.argwhere(beyond)[0]
+        raise BadFile(
+            path,
+            place=f"line {line_of(path, values.index[row])}, column {values.columns[column]}",
+            found=f"an angle of {given[row, column]:.3g} in {unit}",
+            expected="angles within half a turn",
+            remedy=remedy,
+        )
+    return pd.DataFrame(radians, values.index, values.columns)
+
+
+def line_of(path: Path, row: int) -> int:
+    """The line on which a table's row ends, rows counted from 0 after the header."""
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            records = csv.reader(file)
+            for _ in zip(range(row + 2), filter(None, records), strict=False):
+                pass
+            return records.line_num
+    except (OSError, ValueError, csv.Error):
+        return row + 2
+
+
+def _check_header(names: list[str], needed: tuple[str, ...], path: Path) -> None:
+    if not names:
+        raise ValueError("an empty file")
+    filled = [name for name in names if name]
+    if len(filled) == 1 and (other := next((c for c in ";\t" if c in filled[0]), None)):
+        raise BadFile(
+            path,
+            place="line 1",
+            found=f"columns separated by {other!r}",
+            expected="columns separated by ','",
+            remedy="Save the table with commas, and points in its numbers.",
+        )
+    if not any(name in needed or canonical(name) for name in filled):
+        raise BadFile(
+            path,
+            place="line 1",
+            found=", ".join(name[:20] for name in filled[:3]) + " ...",
+            expected="a header with channel names",
+            remedy="Export the take with its header: columns are known by name, never by position.",
+        )
+    meant = [canonical(name) or name for name in filled]
+    if repeated := sorted({name for name in meant if meant.count(name) > 1}):
+        raise BadFile(
+            path,
+            place="line 1",
+            found=f"column {repeated[0]} twice",
+            expected="each column once",
+            remedy="Export the take again.",
+        )
+    if missing := [name for name in needed if name not in filled]:
+        raise MissingColumn(
+            path,
+            place="line 1",
+            found="no such column",
+            expected=", ".join(missing),
+            remedy="Export the take with all its columns, or correct ingest.format.",
+        )
+
+
+def _parsed(path: Path, names: list[str], text: tuple[str, ...]) -> pd.DataFrame:
+    """The rows below the header; columns of numbers as numbers, the others as text."""
+    try:
+        table = _read(path, names, [names.index(name) for name in text])
+        doubtful = [  # true and false, infinities, numbers amid text: as they stand in the file
+            at
+            for at, column in table.items()
+            if not isinstance(column.dtype, pd.StringDtype)
+            and (is_bool_dtype(column) or column.dtype == object or not np.isfinite(column).all())
+        ]
+        if doubtful and len(table):
+            table = _read(path, names, [*(names.index(name) for name in text), *doubtful])
+    except (ParserWarning, ParserError):
+        table = _by_row(path, len(names))
+    return table.set_axis(names, axis=1)
+
+
+def _read(path: Path, names: list[str], text: list[int]) -> pd.DataFrame:
+    """The rows, columns numbered. Raises ParserWarning or ParserError where one is too wide."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", ParserWarning)
+        warnings.simplefilter("ignore", DtypeWarning)
+        return pd.read_csv(
+            path,
+            header=0,
+            names=range(len(names)),
+            index_col=False,
+            dtype=dict.fromkeys(text, str),
+            na_filter=False,
+            skipinitialspace=True,
+            encoding="utf-8-sig",
+            compression=None,
+        )
+
+
+def _by_row(path: Path, width: int) -> pd.DataFrame:
+    """The rows as text, columns numbered; blank cells beyond the width are cut off.
+
+    Raises BadFile at the first row that holds something there.
+    """
+    rows = []
+    with open(path, encoding="utf-8-sig", newline="") as file:
+        records = csv.reader(file, skipinitialspace=True, strict=True)
+        next(filter(None, records))
+        for cells in filter(None, records):
+            if any(cell.strip() for cell in cells[width:]):
+                raise BadFile(
+                    path,
+                    place=f"line {records.line_num}",
+                    found=f"{len(cells)} cells",
+                    expected=f"{width}, as many as the header has",
+                    remedy="Export the take again; commas within numbers are not understood.",
+                )
+            rows.append(cells[:width] + [""] * (width - len(cells)))
+    return pd.DataFrame(rows, columns=range(width), dtype=str)
