@@ -33,3 +33,17 @@ def test_two_decisions_on_a_clip_are_an_error():
     ledger.drop("a", "too_short")
     with pytest.raises(AssertionError, match="twice"):
         ledger.fail("a", "unreadable")
+
+
+def test_a_kept_clip_has_a_row_for_each_note_and_a_lost_one_only_its_reason(tmp_path):
+    ledger = Ledger("ingest", ["a", "b"])
+    for clip in ("a", "b"):
+        ledger.note(clip, "masked", first_frame=3)
+        ledger.note(clip, "frozen")
+    ledger.drop("b", "tracking_lost")
+    ledger.close(tmp_path / "ledger.parquet", kept=["a"])
+    rows = tables.read(tables.LEDGER, tmp_path / "ledger.parquet")
+    assert rows.groupby("clip_id")["rule"].apply(list).to_dict() == {
+        "a": ["frozen", "masked"],
+        "b": ["tracking_lost"],
+    }

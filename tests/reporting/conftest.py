@@ -223,6 +223,12 @@ def _full(
              for c in CHANNELS]  # fmt: skip
     share[0] |= {"measured": 0.0, "mean": None, "std": None, "low": None, "high": None}
     share[1] |= {"low": 0.1, "high": 0.101}
+    origins = [
+        {"channel": c, "measured": True, "origin": f"column {c}", "quality": None}
+        for c in CHANNELS
+    ]
+    origins[0] |= {"measured": False, "origin": "the tracker has no brows"}
+    origins[2] |= {"origin": "expression through face.npz", "quality": 0.62}
     losses = [
         {
             "step": step,
@@ -259,6 +265,7 @@ def _full(
         "fetched": [clips(at / "fetched.parquet", [clip, "bad"], media)],
         "clips": [clips(at / "clips.parquet", [clip], media)],
         "motions": [paths["motion"]],
+        "origins": [_write(tables.ORIGINS, origins, at / "origins.parquet")],
         "series": series,
         "clusters": clusters,
         "labels": _write(tables.LABELS, labels, at / "labels.parquet"),
@@ -310,6 +317,7 @@ def empty_run(tmp_path: Path) -> dict:
         "fetched": tables.CLIPS,
         "clips": tables.CLIPS,
         "motions": tables.MOTION,
+        "origins": tables.ORIGINS,
         "intervals": tables.INTERVALS,
         "frames": tables.FRAMES,
         "metrics": tables.METRICS,

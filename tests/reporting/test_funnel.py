@@ -82,3 +82,16 @@ def test_kept_clips_with_the_same_note_share_a_line(tmp_path, ledger):
     assert [(n.clips, n.text) for n in notes] == [
         (8, "rule “the face crop is too small” was not applied: no size")
     ]
+
+
+def test_a_clip_with_several_notes_is_one_clip_and_each_note_has_a_line(tmp_path, ledger):
+    rows = [kept("a")[0] | {"rule": rule, "detail": rule[0]} for rule in ("masked", "frozen")]
+    way = funnel([ledger(tmp_path / "a", "catalogue", [*rows, *kept("b")])])
+    assert (way.entered, way.kept) == (2, 2)
+    assert [(note.clips, note.example) for note in way.notes] == [(1, "m"), (1, "f")]
+
+
+def test_a_note_beside_the_row_that_says_why_a_clip_is_gone_is_an_error(tmp_path, ledger):
+    rows = [kept("a")[0] | {"rule": "masked"}, lost("a")]
+    with pytest.raises(BadFile, match="clip 'a' twice"):
+        funnel([ledger(tmp_path / "a", "catalogue", rows)])

@@ -139,11 +139,18 @@ def test_an_interval_chosen_for_several_reasons_is_drawn_once(run):
 
 
 def test_a_channel_is_measured_flat_or_absent(run):
-    found = channels(run()["statistics"])
+    found = channels(run()["statistics"], [])
     assert (found.measured, found.absent, found.dead) == (56, ["browDownLeft"], ["browDownRight"])
     left, right = found.regions["brow"][0].bars
     assert (left.side, left.state, right.state) == ("Left", "absent", "dead")
     assert [cell.name for cell in found.regions["jaw"]][1] == "jawLeft"
+
+
+def test_a_channel_tells_why_it_is_absent_or_what_a_face_model_kept_of_it(run):
+    given = run()
+    found = channels(given["statistics"], given["origins"])
+    assert found.why_absent == {"the tracker has no brows": ["browDownLeft"]}
+    assert [(m.name, m.quality) for m in found.mapped] == [("browInnerUp", pytest.approx(0.62))]
 
 
 def test_a_confusion_matrix_tells_shares_of_the_true_frames():

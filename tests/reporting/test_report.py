@@ -3,6 +3,7 @@ from html.parser import HTMLParser
 
 import pytest
 
+from mimeline.errors import BadFile
 from mimeline import tables
 from mimeline.reporting.report import report
 
@@ -144,7 +145,7 @@ def test_a_page_that_cannot_be_written_leaves_the_old_one(run):
     arguments = run()
     first, _ = written(arguments)
     tables.write(tables.LEDGER, tables.empty(tables.LEDGER), arguments["ledgers"][0])
-    with pytest.raises(tables.BadFile):
+    with pytest.raises(BadFile):
         report(**arguments)
     assert arguments["page"].read_text(encoding="utf-8") == first
 

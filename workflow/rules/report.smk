@@ -12,6 +12,7 @@ rule report:
         fetched=expand("<results>/fetch/{shard}/clips.parquet", shard=SHARDS),
         clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
         motions=expand("<results>/ingest/{shard}/motion.parquet", shard=SHARDS),
+        origins=expand("<results>/ingest/{shard}/origins.parquet", shard=SHARDS),
         series=expand("<results>/series/{region}.parquet", region=SERIES_REGIONS),
         clusters=expand(
             "<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS

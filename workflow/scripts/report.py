@@ -13,6 +13,7 @@ with stage(snakemake) as job:
         fetched=job.input.fetched,
         clips=job.input.clips,
         motions=job.input.motions,
+        origins=job.input.origins,
         series=by_region(job.input.series),
         clusters=by_region(job.input.clusters),
         labels=job.input.labels,

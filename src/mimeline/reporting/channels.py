@@ -1,6 +1,7 @@
 """What the source measures: each channel's range, or that it is flat or absent."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -39,23 +40,42 @@ class Cell:
 
 
 @dataclass(frozen=True)
+class Mapped:
+    """A channel that was had through a face model, and what that kept of it, in [0, 1]."""
+
+    name: str
+    origin: str
+    quality: float
+
+
+@dataclass(frozen=True)
 class Channels:
-    """regions: name → cells; dead, absent: names of channels; reason: why nothing is known."""
+    """regions: name → cells; dead, absent: names of channels; reason: why nothing is known.
+
+    why_absent: what keeps channels from being measured → their names. mapped: the channels that a
+    face model gave, least quality first.
+    """
 
     regions: dict[str, list[Cell]]
     measured: int
     dead: list[str]
     absent: list[str]
     reason: str
+    why_absent: dict[str, list[str]] = field(default_factory=dict)
+    mapped: list[Mapped] = field(default_factory=list)
 
 
-def channels(statistics: str | Path) -> Channels:
-    """Read the `statistics` table (over the training part's valid frames)."""
+def channels(statistics: str | Path, origins: Sequence[str | Path]) -> Channels:
+    """Read the `statistics` table (over the training part's valid frames).
+
+    origins: `origins` tables, of each shard.
+    """
     rows = tables.read(tables.STATISTICS, statistics)
     if rows.empty or not (rows["measured"] > 0).any():
         reason = tables.reason(statistics) or "no clip came through, so nothing was measured"
         return Channels({}, 0, [], rows["channel"].tolist(), reason)
     rows = rows.set_index("channel")
+    had = tables.read_all(tables.ORIGINS, origins)
     states = {name: _state(row) for name, row in rows.iterrows()}
     regions: dict[str, dict[str, list[Bar]]] = {region: {} for region in _REGIONS}
     for name in rows.index:
@@ -72,7 +92,24 @@ def channels(statistics: str | Path) -> Channels:
         dead=[name for name, state in states.items() if state == "dead"],
         absent=[name for name, state in states.items() if state == "absent"],
         reason="",
+        why_absent=_why_absent(had),
+        mapped=_mapped(had),
     )
+
+
+def _why_absent(origins: pd.DataFrame) -> dict[str, list[str]]:
+    """Reason → the channels that no shard's results measure for it."""
+    given = set(origins.loc[origins["measured"], "channel"])
+    lacking = origins[~origins["channel"].isin(given)].drop_duplicates("channel")
+    groups = lacking.groupby("origin", sort=False)["channel"]
+    return {str(reason): names.tolist() for reason, names in groups}
+
+
+def _mapped(origins: pd.DataFrame) -> list[Mapped]:
+    """The channels with a quality, at the least that a shard's results give."""
+    known = origins[origins["measured"] & origins["quality"].notna()]
+    known = known.sort_values("quality", kind="stable").drop_duplicates("channel")
+    return [Mapped(row.channel, row.origin, float(row.quality)) for row in known.itertuples()]
 
 
 def _is_angle(base: str) -> bool:

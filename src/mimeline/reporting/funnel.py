@@ -55,12 +55,13 @@ class Loss:
 
 @dataclass(frozen=True)
 class Note:
-    """Something the ledger says about clips that were kept."""
+    """Something the ledger says about clips that were kept; example: the first clip's detail."""
 
     stage: str
     text: str
     clips: int
     named: list[str]
+    example: str
 
 
 @dataclass(frozen=True)
@@ -103,7 +104,7 @@ def funnel(
     that came out at the end, where they are known.
     Raises BadFile unless the clips that enter a stage are those that the one before it kept.
     """
-    rows = tables.read_all(tables.LEDGER, ledgers)
+    rows = _read(ledgers)
     order = _order(rows)
     reconcile(rows, order, ledgers, through)
     lost = rows[rows["status"] != "kept"].copy()
@@ -116,6 +117,14 @@ def funnel(
         notes=_notes(rows, order),
         planted=_planted(rows, truth),
     )
+
+
+def _read(ledgers: Sequence[str | Path]) -> pd.DataFrame:
+    """The rows of all ledgers, with the number of the file that each comes from."""
+    parts = [tables.read(tables.LEDGER, path).assign(file=n) for n, path in enumerate(ledgers)]
+    filled = [part for part in parts if len(part)] or parts[:1]
+    rows = pd.concat(filled) if filled else tables.empty(tables.LEDGER).assign(file=0)
+    return rows.sort_values(list(tables.LEDGER.order), kind="stable", ignore_index=True)
 
 
 def _order(rows: pd.DataFrame) -> list[str]:
@@ -138,9 +147,8 @@ def reconcile(
     name_before = ""
     for name in order:
         stage = rows[rows["stage"] == name]
-        twice = stage.loc[stage["clip_id"].duplicated(), "clip_id"]
-        if len(twice):
-            raise _bad(ledgers, name, f"clip {twice.iloc[0]!r} twice", "one decision per clip")
+        if twice := _decided_twice(stage):
+            raise _bad(ledgers, name, f"clip {twice[0]!r} twice", "one decision per clip")
         entered = set(stage["clip_id"])
         if before is not None and entered != before:
             odd = sorted(entered ^ before)
@@ -159,6 +167,13 @@ def reconcile(
         raise _bad(ledgers, name_before, found, f"the {len(before)} clips that it kept")
 
 
+def _decided_twice(stage: pd.DataFrame) -> list[str]:
+    """Clips in two ledgers of a stage, or with rows besides the one that says why they are gone."""
+    clips = stage.assign(gone=stage["status"] != "kept").groupby("clip_id")
+    facts = clips.agg(files=("file", "nunique"), rows=("file", "size"), gone=("gone", "any"))
+    return list(facts.index[(facts["files"] > 1) | (facts["gone"] & (facts["rows"] > 1))])
+
+
 def _bad(ledgers: Sequence[str | Path], stage: str, found: str, expected: str) -> BadFile:
     own = [str(path) for path in ledgers if stage in Path(path).parts]
     return BadFile(
@@ -171,7 +186,7 @@ def _bad(ledgers: Sequence[str | Path], stage: str, found: str, expected: str) -
 
 
 def _stage(name: str, rows: pd.DataFrame) -> Stage:
-    counts = rows["status"].value_counts()
+    counts = rows.drop_duplicates("clip_id")["status"].value_counts()
     reasons = rows.loc[rows["status"] != "kept", "rule"].map(words.rule).value_counts()
     return Stage(
         name,
@@ -211,11 +226,14 @@ def _notes(rows: pd.DataFrame, order: Sequence[str]) -> list[Note]:
     noted["text"] = named.where(~skipped, "rule “" + named + "” was not applied: " + why)
     by_time = noted["rule"] == "split_by_time"
     noted.loc[by_time, "text"] = named + ": " + detail
+    noted["example"] = detail.mask(skipped | by_time, "")
     notes = []
     for stage in order:
         for text, group in noted[noted["stage"] == stage].groupby("text", sort=True):
-            ids = sorted(group["clip_id"])
-            notes.append(Note(stage, str(text), len(ids), ids[:MOST_NAMED]))
+            first = group.sort_values("clip_id")
+            ids = first["clip_id"].tolist()
+            example = str(first["example"].iloc[0])
+            notes.append(Note(stage, str(text), len(ids), ids[:MOST_NAMED], example))
     return notes
 
 

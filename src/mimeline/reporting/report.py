@@ -36,6 +36,7 @@ def report(
     fetched: Sequence[str | Path],
     clips: Sequence[str | Path],
     motions: Sequence[str | Path],
+    origins: Sequence[str | Path],
     series: Mapping[str, str | Path],
     clusters: Mapping[str, str | Path],
     labels: str | Path,
@@ -84,7 +85,7 @@ def report(
     cards = sheet(kept, marked, album)
     album.develop()
     scored = scores(annotation_metrics, marked, true)
-    measured = channels(statistics)
+    measured = channels(statistics, origins)
     trained = [
         model(name, checkpoint, scores_of)
         for name, checkpoint, scores_of in zip(models, checkpoints, metrics, strict=True)
