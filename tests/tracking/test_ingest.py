@@ -3,7 +3,9 @@ import pandas as pd
 import pytest
 
 from mimeline import tables
+from mimeline.errors import MimelineError
 from mimeline.tracking.ingest import ingest
+from mimeline.vocabulary import EXPRESSIONS
 
 OPTIONS = {"folder": ".", "fps": "30", "timecode_base": 60, "angle_unit": "radians"}
 
@@ -127,7 +129,9 @@ def test_bad_files_fail_and_the_rest_goes_on(run, livelink_rows, tmp_path):
     names = ["good", "headless", "text", "missing"]
     motion, _, ledger = run([clip(name, 0, 5 / 30, name) for name in names])
     assert motion["clip_id"].unique().tolist() == ["good"]
-    assert ledger["status"].groupby("clip_id").first().to_dict() == {"good": "kept"} | dict.fromkeys(names[1:], "failed")
+    assert ledger["status"].groupby("clip_id").first().to_dict() == {
+        "good": "kept"
+    } | dict.fromkeys(names[1:], "failed")
     assert ledger.loc["missing", "rule"] == "no_tracking_result"
     assert "line 2, column JawOpen" in ledger.loc["text", "detail"]
 
@@ -136,3 +140,75 @@ def test_an_empty_shard_gives_empty_tables_with_their_types(run):
     motion, kept, ledger = run([])
     assert len(motion) == len(kept) == len(ledger) == 0
     assert motion["jawOpen"].dtype == np.float32
+
+
+def test_the_result_of_mirrored_pictures_is_put_right(run, livelink_rows, tmp_path):
+    livelink_rows.to_csv(tmp_path / "a.csv", index=False)
+    motion, _, _ = run([clip("a", 0, 5 / 30)])
+    other, _, _ = run([clip("a", 0, 5 / 30)], mirrored=True)
+    assert other["mouthSmileLeft"].tolist()[:3] == motion["mouthSmileRight"].tolist()[:3]
+    assert other["head_yaw_left"].tolist()[:3] == (-motion["head_yaw_left"]).tolist()[:3]
+
+
+def test_every_channel_has_a_row_that_tells_how_it_was_had(run, livelink_rows, tmp_path):
+    livelink_rows.drop(columns=["TongueOut", "BlendShapeCount"]).to_csv(tmp_path / "a.csv", index=False)
+    run([clip("a", 0, 5 / 30)])
+    origins = tables.read(tables.ORIGINS, tmp_path / "origins.parquet").set_index("channel")
+    assert origins["measured"].sum() == 56
+    assert not origins.loc["tongueOut", "measured"]
+    assert "BrowDownLeft" in origins.loc["browDownLeft", "origin"]
+
+
+def test_a_frame_whose_tracking_loss_is_too_large_drops_the_clip(run, livelink_rows, tmp_path):
+    livelink_rows.to_csv(tmp_path / "a.csv", index=False)
+    (tmp_path / "a.loss.csv").write_text("frame,loss\n0,0.1\n1,0.7\n2,0.2\n4,0.1\n")
+    motion, _, ledger = run([clip("a", 0, 5 / 30)], max_loss=0.8)
+    assert motion["tracker_loss"].tolist()[:3] == [0.1, 0.7, 0.2]
+    assert "tracking_loss" not in set(ledger["rule"])
+    _, kept, ledger = run([clip("a", 0, 5 / 30)], max_loss=0.5)
+    assert kept.empty
+    row = ledger.loc["a"]
+    assert row[["status", "rule", "value", "limit"]].tolist() == [
+        "dropped",
+        "tracking_loss",
+        0.7,
+        0.5,
+    ]
+    assert row[["first_frame", "last_frame"]].tolist() == [1, 1]
+
+
+@pytest.mark.parametrize("sidecar", ["", "frame,loss\n0,0.1\n"])
+def test_where_the_loss_has_no_limit_or_is_not_known_the_ledger_says_so(
+    run, livelink_rows, tmp_path, sidecar
+):
+    livelink_rows.to_csv(tmp_path / "a.csv", index=False)
+    if sidecar:
+        (tmp_path / "a.loss.csv").write_text(sidecar)
+    _, _, ledger = run([clip("a", 0, 5 / 30)])
+    assert noted(ledger, "a", "tracking_loss")["detail"].startswith("not applied: ")
+
+
+def looking(n_frames: int, way: float) -> pd.DataFrame:
+    """A take whose eyes go from side to side; way -1 has left and right of the angles exchanged."""
+    left = np.sin(np.arange(n_frames) / 5)
+    ticks = np.arange(n_frames)
+    times = [f"10:00:{t // 30:02d}:{2 * (t % 30):02d}.000" for t in ticks]
+    values = {name[0].upper() + name[1:]: 0.1 for name in EXPRESSIONS}
+    values |= {"EyeLookOutLeft": left.clip(0), "EyeLookInRight": left.clip(0)}
+    values |= {"EyeLookInLeft": (-left).clip(0), "EyeLookOutRight": (-left).clip(0)}
+    eyes = {f"{side}EyeYaw": -0.6 * way * left for side in ("Left", "Right")}
+    eyes |= {f"{side}EyePitch": 0.01 * left for side in ("Left", "Right")}
+    return pd.DataFrame({"Timecode": times, **values, **eyes})
+
+
+def test_one_clip_with_sides_exchanged_fails_and_many_stop_the_run(run, tmp_path):
+    names = ["a", "b", "c", "d"]
+    for name in names:
+        looking(60, -1 if name == "a" else 1).to_csv(tmp_path / f"{name}.csv", index=False)
+    _, kept, ledger = run([clip(name, 0, 2, name) for name in names])
+    assert ledger.loc["a", ["status", "rule"]].tolist() == ["failed", "sides_swapped"]
+    assert kept["clip_id"].tolist() == names[1:]
+    for name in names:
+        looking(60, -1).to_csv(tmp_path / f"{name}.csv", index=False)
+    with pytest.raises(MimelineError, match="4 of the 4 takes"):
+        run([clip(name, 0, 2, name) for name in names])

@@ -6,6 +6,7 @@ whole. An empty table may carry the reason why it is empty.
 
 from mimeline.tables.files import empty, read, read_all, reason, write
 from mimeline.tables.schemas import (
+    AXES,
     CLIPS,
     CLUSTERS,
     COEFFICIENTS,
@@ -27,6 +28,7 @@ from mimeline.tables.schemas import (
 from mimeline.tables.table import Table
 
 __all__ = [
+    "AXES",
     "CLIPS",
     "CLUSTERS",
     "COEFFICIENTS",

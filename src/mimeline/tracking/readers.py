@@ -93,7 +93,7 @@ class Tracker:
         return self.reader.read(path, **self.reading)
 
     def _fits(self, path: Path) -> bool:
-        if path.name.startswith("."):
+        if path.name.startswith(".") or path.stem.lower().endswith(".loss"):  # a sidecar
             return False
         if self.reader.endings:
             return path.suffix.lower() in self.reader.endings and path.is_file()
