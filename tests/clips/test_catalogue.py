@@ -1,4 +1,5 @@
 import json
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -135,12 +136,25 @@ def test_files_of_a_folder_are_takes_as_long_as_their_results(tmp_path, real_dat
         "bad_values": "fail",
     }
     out, ledger = tmp_path / "clips.parquet", tmp_path / "ledger.parquet"
-    options = {"pattern": "*.csv", "exclude": [], "subject": "me"}
+    options = {"pattern": "*.csv", "exclude": [], "subject": "me", "subject_pattern": None}
     catalogue(real_data / "arkit_livelink", [out], ledger, "files", options, 10.0, tracker, None)
     clips = tables.read(tables.CLIPS, out)
     assert len(clips) == 14
     assert clips["end_s"].max() == pytest.approx(4033 / 30)
     assert set(clips["subject_id"]) == {"me"}
+
+
+def test_people_are_found_in_the_names_of_takes(tmp_path):
+    golden = Path(__file__).parents[1] / "tracking" / "golden" / "livelink" / "turns_left.csv"
+    for name in ("M030_happy", "M030_sad", "W009_sad", "nobody"):
+        (tmp_path / f"{name}.csv").write_bytes(golden.read_bytes())
+    block = {"folder": ".", "fps": "30", "timecode_base": 60, "angle_unit": "radians"}
+    tracker = {"format": "livelink", "options": block, "bad_values": "fail"}
+    out = tmp_path / "clips.parquet"
+    options = {"pattern": "*", "exclude": [], "subject": None, "subject_pattern": r"^[A-Z]\d+"}
+    catalogue(tmp_path, [out], tmp_path / "l.parquet", "files", options, None, tracker, None)
+    people = tables.read(tables.CLIPS, out)["subject_id"]
+    assert people.fillna("").tolist() == ["M030", "M030", "W009", ""]
 
 
 def test_a_real_catalogue_reads_whole(tmp_path, real_data):
@@ -153,7 +167,7 @@ def test_a_real_catalogue_reads_whole(tmp_path, real_data):
 
 
 def test_a_folder_without_takes_or_no_folder_says_so(tmp_path):
-    options = {"pattern": "*.csv", "exclude": [], "subject": "me"}
+    options = {"pattern": "*.csv", "exclude": [], "subject": "me", "subject_pattern": None}
     out = ([tmp_path / "clips.parquet"], tmp_path / "ledger.parquet")
     tracker = {"format": "livelink", "options": {"folder": "."}, "bad_values": "fail"}
     with pytest.raises(BadFile, match=r"no Live Link Face CSV among \*.csv"):

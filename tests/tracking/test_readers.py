@@ -40,6 +40,9 @@ def test_a_face_model_lies_under_the_data_folder(tmp_path):
     found = tracker(tmp_path, "flame", face="flame.npz")
     assert found.reading["face"] == tmp_path / "flame.npz"
     assert tracker(tmp_path, "flame", face=None).reading["face"] is None
+    for name in ("flame.npz", "take.npz"):
+        (tmp_path / name).touch()
+    assert [path.name for path in found.takes()] == ["take.npz"]
 
 
 @pytest.mark.parametrize("format", READERS)

@@ -96,7 +96,12 @@ def shard_of(source_id: str, shards: int) -> int:
 
 
 def _files(
-    data: Path, tracker: dict, pattern: str, exclude: list[str], subject: str | None
+    data: Path,
+    tracker: dict,
+    pattern: str,
+    exclude: list[str],
+    subject: str | None,
+    subject_pattern: str | None,
 ) -> tuple[list[dict], dict[str, MimelineError]]:
     """Each take of the tracker's folder is a source; its tracking result tells how long it is."""
     results = Tracker.of(data, **tracker)
@@ -117,7 +122,11 @@ def _files(
         take = results.read(path)
         return {"end_s": float(len(take.motion) / take.fps)}
 
-    return sources(paths, subject, facts)
+    def person(name: str) -> str | None:
+        found = re.search(subject_pattern, name) if subject_pattern else None
+        return found[0] if found else subject
+
+    return sources(paths, person, facts)
 
 
 def _cut(row: dict, cut_s: float | None) -> list[dict]:

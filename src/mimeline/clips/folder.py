@@ -7,11 +7,13 @@ from mimeline.errors import MimelineError
 
 
 def sources(
-    paths: Iterable[Path], subject: str | None, facts: Callable[[Path], dict]
+    paths: Iterable[Path],
+    subject: Callable[[str], str | None],
+    facts: Callable[[Path], dict],
 ) -> tuple[list[dict], dict[str, MimelineError]]:
     """A clip for each path, and the paths that cannot be read, with what is wrong with each.
 
-    subject: the person of all files, or None. facts: what is found out about a file: end_s
+    subject: the person of a source's name, or None. facts: what is found out about a file: end_s
     (seconds) at least; it raises MimelineError where the file cannot be read.
     Returns rows with clip_id, source_id, subject_id, start_s, actions (none) and the facts.
     """
@@ -23,7 +25,7 @@ def sources(
         except MimelineError as error:
             bad[name] = error
             continue
-        clip = {"clip_id": name, "source_id": name, "subject_id": subject}
+        clip = {"clip_id": name, "source_id": name, "subject_id": subject(name)}
         rows.append(clip | {"start_s": 0.0, "actions": []} | found)
     return rows, bad
 

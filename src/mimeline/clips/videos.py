@@ -43,7 +43,7 @@ def read(
         video = probe(path, limits)
         return {"end_s": video.duration_s, "width": video.width, "height": video.height}
 
-    return sources(videos.values(), subject, facts)
+    return sources(videos.values(), lambda _: subject, facts)
 
 
 def videos_in(folder: Path) -> dict[str, Path]:

@@ -1,5 +1,6 @@
 """The configuration's sections, one per stage: each key with its unit and meaning."""
 
+import re
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -43,6 +44,21 @@ class Files(Section):
     subject: str | None = Field(
         None, description="the person of all takes; null: nobody is known, each take stands alone"
     )
+    subject_pattern: str | None = Field(
+        None,
+        description="regular expression: what it finds in a take's name is its person; null: "
+        "names tell nobody",
+    )
+
+    @model_validator(mode="after")
+    def _tells_people_once(self) -> "Files":
+        if self.subject is not None and self.subject_pattern is not None:
+            raise ValueError("subject or subject_pattern, not both")
+        try:
+            re.compile(self.subject_pattern or "")
+        except re.error as error:
+            raise ValueError(f"subject_pattern to be a regular expression ({error})") from None
+        return self
 
 
 class Videos(Section):

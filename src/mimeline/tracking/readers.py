@@ -95,6 +95,8 @@ class Tracker:
     def _fits(self, path: Path) -> bool:
         if path.name.startswith(".") or path.stem.lower().endswith(".loss"):  # a sidecar
             return False
+        if path == self.reading.get("face"):
+            return False
         if self.reader.endings:
             return path.suffix.lower() in self.reader.endings and path.is_file()
         return path.is_dir() and self.reader.holds(path)
