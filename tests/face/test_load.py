@@ -1,12 +1,11 @@
 import os
 import pickle
-import zipfile
 
 import numpy as np
 import pytest
 
 from mimeline.errors import BadFile, NoSuchFile
-from mimeline.face.formats import npz, shapes
+from mimeline.face.formats import shapes
 from mimeline.face.load import load_face
 from mimeline.face.model import SKIN
 
@@ -224,25 +223,6 @@ def test_a_missing_file_and_an_empty_folder_are_named(tmp_path):
     assert "found an empty folder" in refusal(tmp_path)
     with pytest.raises(NoSuchFile):
         load_face(tmp_path / "none.npz")
-
-
-def test_objects_in_an_npz_are_refused(tmp_path):
-    np.savez(tmp_path / "face.npz", neutral=np.array([{}], dtype=object))
-    assert "allow_pickle=False" in refusal(tmp_path / "face.npz")
-
-
-def test_an_npz_larger_than_the_limit_is_not_unpacked(tmp_path, monkeypatch):
-    monkeypatch.setattr(npz, "MAX_BYTES", 10**6)
-    with zipfile.ZipFile(tmp_path / "face.npz", "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("neutral.npy", bytes(3 * 10**6))
-    assert "found 1 arrays of 3 MB" in refusal(tmp_path / "face.npz")
-
-
-def test_a_file_among_the_arrays_of_an_npz_is_refused(tmp_path, ball_face):
-    np.savez(tmp_path / "face.npz", **arrays_of(ball_face))
-    with zipfile.ZipFile(tmp_path / "face.npz", "a") as archive:
-        archive.writestr("README.txt", "mine")
-    assert "found README.txt, which is no array" in refusal(tmp_path / "face.npz")
 
 
 def test_an_error_of_our_own_does_not_blame_the_file(tmp_path, ball_face, monkeypatch):

@@ -2,28 +2,29 @@
 
 from pathlib import Path
 
+from mimeline.archives import mat
+from mimeline.archives.npz import read_arrays
+from mimeline.archives.pickled import read_pickled
 from mimeline.errors import BadFile, unreadable
 from mimeline.face.embedded import embedded_face
 from mimeline.face.fitting import Unfit
-from mimeline.face.formats import flame, ict, obj, shapes
-from mimeline.face.formats.npz import read_arrays
-from mimeline.face.formats.pickled import read_pickled
+from mimeline.face.formats import bfm, flame, ict, obj, shapes
 from mimeline.face.model import Face
 
 ACCEPTED = (
     f"a folder with {ict.NEUTRAL} (ICT-FaceKit) or {obj.NEUTRAL}, an npz of named shapes, "
-    "of ICT-FaceKit or of FLAME, or FLAME's published pickle"
+    "of ICT-FaceKit or of FLAME, FLAME's published pickle, or BFM_model_front.mat"
 )
 REMEDY = "docs/face.md has the layout of each."
-ZIP, PICKLES = b"PK\x03\x04", (b"\x80", b"(d", b"}")
+ZIP, PICKLES, MATLAB = b"PK\x03\x04", (b"\x80", b"(d", b"}"), b"MATLAB "
 POINTER = b"version https://git-lfs"
 
 
 def load_face(path: Path | None) -> Face:
     """The face model at path; None: the embedded one.
 
-    path: a folder of OBJ files, an npz, or a FLAME pickle, told apart by content. Metres and the
-    subject's frame, whatever the file's were.
+    path: a folder of OBJ files, an npz, FLAME's pickle or BFM_model_front.mat, told apart by
+    content. Metres and the subject's frame, whatever the file's were.
     Raises BadFile, with what was found, for anything else and for a model that is not whole.
     """
     if path is None:
@@ -64,6 +65,8 @@ def _from_file(path: Path) -> Face:
         raise BadFile(path, found="a Git LFS pointer", expected=ACCEPTED, remedy=remedy)
     if start.startswith(PICKLES):
         return flame.from_arrays(path, read_pickled(path))
+    if start.startswith(MATLAB):
+        return bfm.from_arrays(path, mat.read_arrays(path, bfm.ARRAYS))
     found = f"a file that begins with {start[:16]!r}" if start else "an empty file"
     raise BadFile(path, found=found, expected=ACCEPTED, remedy=REMEDY)
 

@@ -12,7 +12,6 @@ from scipy.sparse import csc_matrix
 
 from mimeline.errors import BadFile
 from mimeline.face.formats import flame
-from mimeline.face.formats.pickled import read_pickled
 from mimeline.face.load import load_face
 from mimeline.face.motion import perform
 from mimeline.face.rotations import turned
@@ -145,31 +144,3 @@ def test_what_is_not_flame_is_refused(tmp_path, change, message):
     with pytest.raises(BadFile) as caught:
         load_face(tmp_path / "flame.npz")
     assert message in str(caught.value)
-
-
-@pytest.mark.parametrize(
-    ("raw", "message"),
-    [
-        (b"\x80\x02cposix\nsystem\n.", "the name posix.system"),
-        (b"\x80\x04\x8c\x08builtins\x8c\x04eval\x93.", "the name builtins.eval"),
-        (b"\x80\x02cnumpy\nload\n.", "the name numpy.load"),
-        (b"\x80\x02c_codecs\nencode\n}(X\x01\x00\x00\x00aK\x01ub.", "a state for what has none"),
-        (b"\x80\x02cchumpy.ch\nCh\n}(X\x01\x00\x00\x00aK\x01ub.", "a state for what has none"),
-        (b"\x80\x02]r\xff\xff\xff\x7f.", "found a list"),  # a memo of two thousand million places
-        (b"\x80\x02}(X\x01\x00\x00\x00acchumpy.ch\nCh\n)\x81u.", "expected a dictionary"),
-        (b"\x80\x02Pname\n.", "a persistent id"),
-        (b"\x80\x02}", "expected a dictionary"),
-    ],
-)
-def test_a_pickle_of_anything_else_is_refused(tmp_path, raw, message):
-    (tmp_path / "face.pkl").write_bytes(raw)
-    with pytest.raises(BadFile) as caught:
-        read_pickled(tmp_path / "face.pkl")
-    assert message in str(caught.value)
-
-
-def test_an_array_that_claims_more_than_it_holds_is_refused(tmp_path):
-    raw = pickle.dumps({"f": np.arange(6, dtype=np.int64)}, protocol=2)
-    (tmp_path / "face.pkl").write_bytes(raw.replace(b"K\x06\x85", b"J\xff\xff\xff\x7f\x85"))
-    with pytest.raises(BadFile, match="cannot reshape"):
-        read_pickled(tmp_path / "face.pkl")

@@ -1,0 +1,1 @@
+"""Arrays out of files that are not trusted."""
