@@ -1,0 +1,290 @@
+"""Any table with a header, CSV or Parquet, and a mapping from its columns to our channels."""
+
+from collections.abc import Mapping
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from mimeline.atomic import whole
+from mimeline.errors import BadFile, MissingColumn, unreadable
+from mimeline.tracking.columns import expressions, header_of, numbers, read_columns
+from mimeline.tracking.convention import Convention
+from mimeline.tracking.take import MOST_FRAMES, Origin, Take, assemble
+from mimeline.vocabulary import CHANNELS, EXPRESSIONS, canonical
+
+OTHERS = frozenset(("Timecode", "FaceScore", "_neutral"))  # of formats that bear the same names
+TRUTHS = {"true": 1.0, "false": 0.0}
+
+ENDINGS = (".csv", ".parquet")
+CONVENTION = Convention(
+    title="generic table",
+    files="<name>.csv or <name>.parquet, a row per frame",
+    coefficients="columns that bear a channel's name, or are mapped to one",
+    axes="none: angles are named by meaning",
+    rotation="head_yaw_left, head_pitch_up, head_tilt_left: turn, then lift, then tilt",
+    angle_unit="ingest.table.angle_unit",
+    sides="the subject's",
+    first_frame=None,
+    gap="the column that ingest.table.valid names is 0, a frame that is left out, an empty row",
+    never="what no column tells",
+    evidence="the table's own names; scale: -1 turns a sign",
+    meanings={name: "as the channel's name says" for name in CHANNELS if name not in EXPRESSIONS},
+)
+
+
+def holds(path: Path) -> bool:
+    """Whether the file's header has a channel's name, and nothing of another format."""
+    names = _parquet_names(path) if path.suffix.lower() == ".parquet" else header_of(path)
+    return any(canonical(name) for name in names) and not OTHERS & names
+
+
+def read(
+    path: Path,
+    bad_values: str,
+    fps: str,
+    channels: Mapping[str, Mapping[str, Any]],
+    angle_unit: str,
+    frame: str | None,
+    first_frame: int,
+    valid: str | None,
+    confidence: str | None,
+    loss: str | None,
+) -> Take:
+    """Read a table. Channels come from columns of their name, and from those that are mapped.
+
+    bad_values: "fail" or "mask". fps: its rate. channels: channel → column and scale (a factor).
+    angle_unit: "radians" or "degrees", of head and gaze once scaled. frame, valid, confidence,
+    loss: names of columns, None where there is none; without `frame`, rows are frames.
+    first_frame: the number of the first frame. An empty cell is a value that is not given.
+    Raises BadFile, MissingColumn.
+    """
+    mapped = {channel: (m["column"], float(m["scale"])) for channel, m in channels.items()}
+    asides = [name for name in (frame, valid, confidence, loss) if name is not None]
+    needed = tuple(dict.fromkeys([*(column for column, _ in mapped.values()), *asides]))
+    table = _table(path, needed, text=tuple({confidence, loss} - {None}))
+    own = {n: (c, 1.0) for c in table if (n := canonical(c)) and c not in needed}
+    if twice := sorted(set(own) & set(mapped)):
+        raise BadFile(
+            path,
+            place=f"column {own[twice[0]][0]}",
+            found=f"{twice[0]}, which ingest.table.channels takes from {mapped[twice[0]][0]}",
+            expected="each channel once",
+            remedy="Take the mapping or the column out.",
+        )
+    sources = {name: (own | mapped)[name] for name in CHANNELS if name in own | mapped}
+    if table.empty or not sources:
+        raise BadFile(
+            path,
+            found="no row" if table.empty else "no channel",
+            expected="at least a frame of a channel",
+            remedy="Export the table again, or map its columns under ingest.table.channels.",
+        )
+    table, index = _clock(table, frame, first_frame, path, bad_values)
+    told = _flags(table, valid, path, bad_values)
+    values = _values(table, sources, told, angle_unit, path, bad_values)
+    found = values.notna().any(axis=1).to_numpy()
+    sure = np.nan if confidence is None else _floats(table, confidence, path, bad_values)
+    motion = assemble(index, told & found, values, sure, path)
+    if loss is not None:
+        losses = pd.Series(_floats(table, loss, path, bad_values), index)
+        motion["tracker_loss"] = losses.reindex(motion["frame"]).to_numpy()
+    return Take(
+        motion,
+        Fraction(fps),
+        origins={name: _origin(*source) for name, source in sources.items()},
+        loss="" if loss is None else f"column {loss}",
+        first_frame=None if frame is None else int(index[0]) + first_frame,
+    )
+
+
+def write(path: Path, motion: pd.DataFrame) -> None:
+    """Write a motion table's frames as CSV: frame, valid, confidence, tracker_loss, channels.
+
+    motion: a take's, one row per frame. Channels that are NaN throughout were not measured and are
+    left out; other NaN are empty cells. `read` with frame, valid, confidence and loss named gives
+    the same numbers back.
+    """
+    given = [name for name in CHANNELS if name in motion and motion[name].notna().any()]
+    cells = motion[["frame"]].assign(valid=motion["valid"].astype(int))
+    for name in ("confidence", "tracker_loss"):
+        cells[name] = [_exact(number) for number in motion[name]]
+    cells[given] = motion[given].astype(float)
+    with whole(path) as temporary:
+        cells.to_csv(temporary, index=False, float_format="%.9g", lineterminator="\n")
+
+
+def _exact(number: float) -> str:
+    return "" if np.isnan(number) else repr(float(number))
+
+
+def _table(path: Path, needed: tuple[str, ...], text: tuple[str, ...]) -> pd.DataFrame:
+    if path.suffix.lower() == ".parquet":
+        return _parquet(path, needed)
+    return read_columns(path, text, tuple(name for name in needed if name not in text))
+
+
+def _parquet(path: Path, needed: tuple[str, ...]) -> pd.DataFrame:
+    """The columns that are needed or bear a channel's name, and `frame`."""
+    try:
+        with pq.ParquetFile(path) as file:
+            names = file.schema_arrow.names
+            used = [name for name in names if name in needed or canonical(name)]
+            meant = [canonical(name) or name for name in used]
+            if twice := next((name for name in meant if meant.count(name) > 1), None):
+                raise BadFile(
+                    path,
+                    found=f"column {twice} twice",
+                    expected="each column once",
+                    remedy="Export the table again.",
+                )
+            if missing := [name for name in needed if name not in names]:
+                raise MissingColumn(
+                    path,
+                    found="no such column",
+                    expected=", ".join(missing),
+                    remedy="Correct the names under ingest.table.",
+                )
+            if file.metadata.num_rows > MOST_FRAMES:
+                raise BadFile(
+                    path,
+                    found=f"{file.metadata.num_rows} rows",
+                    expected=f"at most {MOST_FRAMES} frames in a take",
+                    remedy="Split the table into takes.",
+                )
+            for name in used:
+                _check_kind(file.schema_arrow.field(name).type, name, path)
+            if "frame" in set(names) - set(used) and _counts(file.schema_arrow.field("frame").type):
+                used.append("frame")
+            arrow = file.read(columns=used)
+    except (OSError, ValueError, pa.ArrowException) as error:
+        raise unreadable(
+            path, error, expected="a Parquet table", remedy="Export the table again."
+        ) from error
+    columns = {name: _plain(arrow.column(name)) for name in used}
+    return pd.DataFrame(columns, index=pd.RangeIndex(arrow.num_rows))
+
+
+def _counts(kind: pa.DataType) -> bool:
+    return pa.types.is_integer(kind) or pa.types.is_floating(kind) or pa.types.is_boolean(kind)
+
+
+def _check_kind(kind: pa.DataType, name: str, path: Path) -> None:
+    if not _counts(kind):
+        raise BadFile(
+            path,
+            place=f"column {name}",
+            found=str(kind),
+            expected="numbers",
+            remedy="Export the column as numbers.",
+        )
+
+
+def _plain(column: pa.ChunkedArray) -> pd.Series:
+    """Numbers and truth values as floats, "" for null where there is one."""
+    series = column.cast(pa.float64()).to_pandas()
+    if column.null_count:
+        series = series.astype(object).mask(np.asarray(column.is_null()), "")
+    return series
+
+
+def _parquet_names(path: Path) -> frozenset[str]:
+    try:
+        return frozenset(pq.read_schema(path).names)
+    except (OSError, ValueError, pa.ArrowException):
+        return frozenset()
+
+
+def _clock(
+    table: pd.DataFrame, frame: str | None, first_frame: int, path: Path, bad_values: str
+) -> tuple[pd.DataFrame, np.ndarray]:
+    """The rows in the order of frames, and their frames from 0."""
+    if frame is None:
+        _check_gapless(table, path)
+        return table, np.arange(len(table))
+    number, bad = numbers(table, [frame], path, bad_values)
+    number = number.loc[~bad, frame] - first_frame
+    wrong = (number < 0) | (number % 1 != 0) | number.duplicated()
+    if wrong.any() or number.empty:
+        found = f"{number[wrong.idxmax()] + first_frame:.10g}" if wrong.any() else "no number"
+        raise BadFile(
+            path,
+            place=f"column {frame}",
+            found=found,
+            expected=f"whole numbers from {first_frame} on, each once",
+            remedy="Set ingest.table.first_frame, or keep one face and one take to a table.",
+        )
+    number = np.minimum(number, MOST_FRAMES).astype("int64").sort_values()
+    return table.loc[number.index], number.to_numpy()
+
+
+def _check_gapless(table: pd.DataFrame, path: Path) -> None:
+    """Raises BadFile where a column `frame` of numbers says that the rows are not the frames."""
+    if "frame" not in table or table["frame"].dtype.kind not in "iuf":
+        return
+    step = table["frame"].diff().iloc[1:]
+    if (step != 1).any():
+        raise BadFile(
+            path,
+            place="column frame",
+            found=f"a step of {step[step != 1].iloc[0]:g} after row {step.ne(1).idxmax()}",
+            expected="a row per frame",
+            remedy="Set ingest.table.frame: frame to count by it, or take the column out.",
+        )
+
+
+def _flags(table: pd.DataFrame, valid: str | None, path: Path, bad_values: str) -> np.ndarray:
+    """Rows (n,) bool that the table calls valid; an empty cell is no."""
+    if valid is None:
+        return np.ones(len(table), bool)
+    cells = table[[valid]]
+    if cells[valid].dtype == object or isinstance(cells[valid].dtype, pd.StringDtype):
+        words = cells[valid].astype(str).str.strip().str.lower()
+        cells = words.map(TRUTHS).astype(object).fillna(cells[valid]).to_frame(valid)
+    flags, _ = numbers(cells, [valid], path, bad_values, blank_ok=True)
+    return flags[valid].fillna(0).to_numpy() != 0
+
+
+def _values(
+    table: pd.DataFrame,
+    sources: Mapping[str, tuple[str, float]],
+    told: np.ndarray,
+    angle_unit: str,
+    path: Path,
+    bad_values: str,
+) -> pd.DataFrame:
+    """The channels, scaled, in radians; NaN where not given, and in rows that are not told."""
+    columns = list(dict.fromkeys(column for column, _ in sources.values()))
+    cells, bad = numbers(table[told], columns, path, bad_values, blank_ok=True)
+    cells = cells[~bad].reindex(table.index)
+    values = pd.DataFrame(
+        {name: scale * cells[column] for name, (column, scale) in sources.items()}
+    )
+    turns = [name for name in values if name not in EXPRESSIONS]
+    if angle_unit == "degrees":
+        values[turns] = np.radians(values[turns])
+    beyond = (values[turns].abs() > np.pi).to_numpy()
+    if beyond.any():
+        row, at = np.argwhere(beyond)[0]
+        raise BadFile(
+            path,
+            place=f"column {sources[turns[at]][0]}",
+            found=f"an angle of {np.degrees(values[turns[at]].iat[row]):.4g} degrees",
+            expected="angles within half a turn",
+            remedy="Set ingest.table.angle_unit, or the column's scale.",
+        )
+    expressions(values, path)
+    return values
+
+
+def _floats(table: pd.DataFrame, column: str, path: Path, bad_values: str) -> np.ndarray:
+    values, _ = numbers(table, [column], path, bad_values, blank_ok=True)
+    return values[column].to_numpy()
+
+
+def _origin(column: str, scale: float) -> Origin:
+    return Origin(f"column {column}" if scale == 1 else f"column {column} x {scale:g}")
