@@ -1,22 +1,81 @@
-"""The command line: `mimeline config` writes the default configuration and its schema."""
+"""The command line of mimeline: what people do beside running the workflow."""
 
 import argparse
+import os
+import sys
 from pathlib import Path
 
 from mimeline import __version__
-from mimeline.config import default_yaml, json_schema
+from mimeline.errors import MimelineError
 
 
 def main() -> None:
     """Entry point of the `mimeline` command."""
-    parser = argparse.ArgumentParser(prog="mimeline", description=__doc__)
+    arguments = _parser().parse_args()
+    try:
+        sys.exit(arguments.run(arguments))
+    except MimelineError as error:
+        sys.exit(f"mimeline: {error}")
+    except KeyboardInterrupt:
+        sys.exit(130)
+    except BrokenPipeError:  # `| head` has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        prog="mimeline", description="Facial-action timelines from face-tracking results."
+    )
     parser.add_argument("--version", action="version", version=f"mimeline {__version__}")
     commands = parser.add_subparsers(dest="command", required=True)
+
     config = commands.add_parser(
         "config", help="write config.yaml and config.schema.json from the models"
     )
     config.add_argument("folder", nargs="?", type=Path, default=Path("config"))
-    arguments = parser.parse_args()
+    config.set_defaults(run=_config)
+
+    inspect = commands.add_parser(
+        "inspect",
+        help="what a file or folder is, and what is wrong with it",
+        description="Say what a tracking result, video, table, catalogue, face model or folder is: "
+        "its format, channels, frames, ranges and problems. The exit code is 1 on a problem.",
+    )
+    inspect.add_argument("path", type=Path, help="a file, or a folder")
+    inspect.add_argument("--format", help="read it as this format of ingest.format, and no other")
+    inspect.add_argument(
+        "--config", type=Path, help="a run's configuration: how its takes are read"
+    )
+    inspect.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="a key of section ingest, such as fps=25, angle_unit=degrees or bad_values=mask; "
+        "may be repeated",
+    )
+    inspect.add_argument("--json", action="store_true", help="for programs")
+    inspect.set_defaults(run=_inspect)
+    return parser
+
+
+def _config(arguments: argparse.Namespace) -> int:
+    from mimeline.config import default_yaml, json_schema
+
     arguments.folder.mkdir(parents=True, exist_ok=True)
     (arguments.folder / "config.yaml").write_text(default_yaml(), encoding="utf-8")
     (arguments.folder / "config.schema.json").write_text(json_schema(), encoding="utf-8")
+    return 0
+
+
+def _inspect(arguments: argparse.Namespace) -> int:
+    from mimeline.inspection import as_json, as_text, inspect, options
+
+    chosen = options(arguments.config, arguments.set, arguments.format)
+    seen = inspect(arguments.path, chosen)
+    sys.stdout.reconfigure(errors="replace")  # a terminal may not have every character
+    colour = sys.stdout.isatty() and not os.environ.get("NO_COLOR")
+    print(as_json(seen) if arguments.json else as_text(seen, colour), end="", flush=True)
+    if seen.error:
+        print(f"mimeline: {seen.error}", file=sys.stderr)
+    return 0 if seen.sound else 1

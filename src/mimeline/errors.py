@@ -17,7 +17,7 @@ class MimelineError(Exception):
     def __str__(self) -> str:
         where = f"{self.file}, {self.place}" if self.place else self.file
         text = f"{where}: found {self.found}, expected {self.expected}. {self.remedy}"
-        return " ".join(text.split())  # one line, whatever a file holds
+        return printable(" ".join(text.split()))  # one line, whatever a file holds
 
 
 class BadFile(MimelineError):
@@ -45,3 +45,8 @@ def unreadable(file, error: Exception, *, expected: str, remedy: str) -> BadFile
     if isinstance(error, FileNotFoundError):
         return NoSuchFile(file, found="no such file", expected=expected, remedy=remedy)
     return BadFile(file, found=str(error), expected=expected, remedy=remedy)
+
+
+def printable(text: str) -> str:
+    """The text without what could steer a terminal."""
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text)

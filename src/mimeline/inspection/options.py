@@ -1,0 +1,125 @@
+"""What a reader must be told that its files do not say: defaults, a run's configuration, --set."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from mimeline.config import validate
+from mimeline.errors import BadConfig, unreadable
+from mimeline.tracking.readers import Tracker
+
+REMEDY = "config/README.md explains every key."
+
+
+@dataclass(frozen=True)
+class Options:
+    """How takes are read. data: the folder that paths lie under. ingest: that section, complete.
+
+    format: the one to think of first, or None; named: think of no other. told: keys that somebody
+    gave, "openface.fps". exclude: names of files that a run leaves out.
+    """
+
+    data: Path
+    ingest: Mapping[str, Any]
+    format: str | None
+    named: bool
+    told: frozenset[str]
+    exclude: frozenset[str]
+
+    def tracker(self, format: str) -> Tracker:
+        """The reader of a format with its keys."""
+        return Tracker.of(self.data, format, self.ingest[format], self.ingest["bad_values"])
+
+    def knows_fps(self, format: str) -> bool:
+        """Whether somebody said how many frames a second has."""
+        return f"{format}.fps" in self.told
+
+
+def options(
+    config: Path | None = None, sets: Iterable[str] = (), format: str | None = None
+) -> Options:
+    """The options of `ingest`: the defaults, over them a configuration's, over them KEY=VALUE.
+
+    config: a YAML file as for a run; its ingest.format is then the first to be tried. sets:
+    "fps=25", "livelink.angle_unit=degrees" or "ingest.livelink.angle_unit=degrees"; a key that
+    names no format holds for all that have it. format: the only one to be tried.
+    Raises BadConfig or BadFile for what cannot be used, the first mistake of several.
+    """
+    values = _from_yaml(config) if config else {}
+    given = values.get("ingest") or {}
+    if not isinstance(given, dict):
+        raise BadConfig(
+            config, place="key ingest", found=repr(given), expected="keys and values", remedy=REMEDY
+        )
+    named = format is not None
+    if not named and config:
+        format = given.get("format", "livelink")
+    ingest = {key: dict(v) if isinstance(v, dict) else v for key, v in given.items()}
+    for text in sets:
+        _put(ingest, text)
+    ingest |= {"format": format} if format else {}
+    try:
+        catalogue = values.get("catalogue") or {}
+        settled = validate({"ingest": ingest, "catalogue": catalogue}, str(config or "--set"))
+    except ExceptionGroup as group:
+        raise group.exceptions[0] from None
+    exclude = frozenset(settled["catalogue"]["files"]["exclude"])
+    told = {f"{key}.{k}" for key, v in ingest.items() if isinstance(v, dict) for k in v}
+    return Options(
+        Path(values.get("data_dir") or "."),
+        settled["ingest"],
+        format,
+        named,
+        frozenset(told),
+        exclude,
+    )
+
+
+def _put(ingest: dict[str, Any], text: str) -> None:
+    """Write KEY=VALUE into the section, wherever the key belongs."""
+    key, equals, value = text.partition("=")
+    *block, name = key.strip().removeprefix("ingest.").split(".")
+    defaults = validate({})["ingest"]
+    blocks = {f: v for f, v in defaults.items() if isinstance(v, dict)}
+    if name in defaults and not block and name not in blocks:
+        homes = [ingest]
+    elif len(block) < 2:
+        homes = [
+            ingest.setdefault(f, {})
+            for f, v in blocks.items()
+            if name in v and block in ([], [f]) and name != "folder"
+        ]
+    else:
+        homes = []
+    if not homes or not equals:
+        known = sorted({k for v in blocks.values() for k in v} - {"folder"})
+        raise BadConfig(
+            "--set",
+            place=text if equals else "",
+            found="an unknown key" if equals else repr(text),
+            expected=f"KEY=VALUE with one of {', '.join(known)}",
+            remedy=REMEDY,
+        )
+    for home in homes:
+        home[name] = _value(value)
+
+
+def _value(text: str) -> Any:
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError:
+        return text
+
+
+def _from_yaml(path: Path) -> dict[str, Any]:
+    expected = "a configuration in YAML"
+    try:
+        values = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, yaml.YAMLError) as error:
+        raise unreadable(path, error, expected=expected, remedy=REMEDY) from error
+    if not isinstance(values, dict):
+        raise BadConfig(path, found=type(values).__name__, expected=expected, remedy=REMEDY)
+    return values

@@ -1,0 +1,53 @@
+"""Telling what a path is at a glance, before it is read."""
+
+from pathlib import Path
+
+from mimeline.clips.videos import ENDINGS as VIDEOS
+from mimeline.inspection.files import is_catalogue, is_head_poses, table_name
+from mimeline.inspection.options import Options
+from mimeline.tracking.readers import READERS
+
+
+def format_of(path: Path, options: Options) -> str | None:
+    """The format of the take at path; None where it is none.
+
+    A format that somebody named is believed of every file that has one of its endings.
+    """
+    if options.named:
+        return options.format if may_be(path, options.format) else None
+    first = [options.format] if options.format else []
+    formats = (*first, *(name for name in READERS if name not in first))
+    return next((f for f in formats if may_be(path, f) and READERS[f].holds(path)), None)
+
+
+def may_be(path: Path, format: str) -> bool:
+    """Whether a path could be a take, by its ending alone; a folder by what is in it."""
+    reader = READERS[format]
+    if reader.endings:
+        return path.suffix.lower() in reader.endings and path.is_file()
+    return path.is_dir() and reader.holds(path)
+
+
+def is_video(path: Path) -> bool:
+    """Whether a file is named as a video."""
+    return path.suffix.lower() in VIDEOS and path.is_file()
+
+
+def video_beside(take: Path) -> Path | None:
+    """The video that bears a take's name, in the same folder."""
+    take = take.absolute()  # "." has no name
+    stem = take.name if take.is_dir() else take.stem
+    return next(filter(is_video, (take.with_name(stem + ending) for ending in VIDEOS)), None)
+
+
+def kind_of(path: Path, options: Options) -> str | None:
+    """What a path is, in a few words; None where it is not known, or a folder of other things."""
+    if format := format_of(path, options):
+        return READERS[format].convention.title
+    if is_video(path):
+        return "video"
+    if path.suffix.lower() == ".parquet" and (name := table_name(path)):
+        return f"table {name}"
+    if is_catalogue(path):
+        return "CelebV-Text catalogue"
+    return "6DRepNet table" if path.suffix.lower() == ".csv" and is_head_poses(path) else None

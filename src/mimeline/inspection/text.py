@@ -1,0 +1,107 @@
+"""An inspection as text for people, aligned and at most 100 columns wide, and as JSON."""
+
+import json
+import math
+import re
+import textwrap
+
+from mimeline.errors import printable
+from mimeline.inspection.inspection import Inspection, Range
+
+WIDTH = 100
+NAME, NUMBER, COURSE, GAP = 19, 6, 10, "  "  # of a channel's cell
+BOLD, FAINT, RED, YELLOW = "1", "2", "31", "33"
+LEVELS, DEAD = "▁▂▃▄▅▆▇█", "·"
+LEGEND = (
+    "over time: the peaks of coefficients, from 0 to 1; angles from their lowest to their highest"
+)
+NARROWEST = 0.1  # radians: an angle that moves less is drawn low, not stretched over all levels
+WORDS = re.compile(r"(?<!\()\b[A-Za-z]{2,}")  # what stands in brackets beside a number is none
+
+
+def as_text(seen: Inspection, colour: bool = False) -> str:
+    """What a person reads; an error is left to standard error. colour: ANSI codes are welcome."""
+
+    def paint(text: str, code: str) -> str:
+        return f"\x1b[{code}m{text}\x1b[0m" if colour else text
+
+    lines = [f"{paint(printable(str(seen.path)), BOLD)}: {seen.kind}"]
+    label = max(map(len, seen.facts), default=0)
+    for name, text in seen.facts.items():
+        first, *more = _wrapped(text, label + 4)
+        lines.append(f"  {paint(name.ljust(label), FAINT)}  {first}")
+        lines += [" " * (label + 4) + line for line in more]
+    if seen.rows:
+        lines += ["", *_table(seen.rows)]
+    if seen.ranges:
+        lines += ["", paint(_head(), FAINT), *_cells(seen.ranges), paint(f"  {LEGEND}", FAINT)]
+    for title, texts, code in (("notes", seen.notes, YELLOW), ("problems", seen.problems, RED)):
+        lines += ["", paint(title, code)] if texts else []
+        for text in texts:
+            first, *more = _wrapped(text, 4)
+            lines += [f"  - {first}", *(f"    {line}" for line in more)]
+    return "\n".join(lines) + "\n"
+
+
+def as_json(seen: Inspection) -> str:
+    """What a program reads: numbers are plain, angles radians."""
+    held = {"path": str(seen.path), "kind": seen.kind} | seen.numbers
+    if seen.ranges:
+        held["ranges"] = {r.channel: [r.low, r.mean, r.high] for r in seen.ranges}
+    held |= {"notes": seen.notes, "problems": [*filter(None, [seen.error]), *seen.problems]}
+    return json.dumps(held, indent=1, ensure_ascii=False) + "\n"
+
+
+def _head() -> str:
+    numbers = "".join(name.rjust(NUMBER) for name in ("low", "mean", "high"))
+    cell = f"{'channel':<{NAME}}{numbers}  {'over time':<{COURSE}}"
+    return f"{cell}{GAP}{cell}".rstrip()
+
+
+def _cells(ranges: list[Range]) -> list[str]:
+    """Two channels to a line: left and right beside each other, then the others as they come."""
+    found = {r.channel: r for r in ranges}
+    pairs, single = [], []
+    for name in found:
+        right = name.removesuffix("Left") + "Right"
+        if name.endswith("Left") and right in found:
+            pairs.append((found[name], found[right]))
+        elif not (name.endswith("Right") and name.removesuffix("Right") + "Left" in found):
+            single.append(found[name])
+    pairs += [tuple(single[n : n + 2]) for n in range(0, len(single), 2)]
+    return [GAP.join(map(_cell, pair)).rstrip() for pair in pairs]
+
+
+def _cell(r: Range) -> str:
+    texts = [f"{math.degrees(v):.0f}°" if r.angle else f"{v:.2f}" for v in (r.low, r.mean, r.high)]
+    texts = [re.sub("^-(?=[0.°]*$)", "", text) for text in texts]  # no -0
+    return f"{r.channel:<{NAME}}{''.join(t.rjust(NUMBER) for t in texts)}  {_course(r):<{COURSE}}"
+
+
+def _course(r: Range) -> str:
+    """A column of blocks for each stretch of time, a space where the channel was not measured."""
+    if r.dead:
+        return DEAD * len(r.course)
+    low, high = (r.low, max(r.high, r.low + NARROWEST)) if r.angle else (0.0, 1.0)
+    top = len(LEVELS) - 1
+    levels = [None if v is None else round(top * (v - low) / (high - low)) for v in r.course]
+    return "".join(" " if n is None else LEVELS[min(max(n, 0), top)] for n in levels)
+
+
+def _table(rows: list[tuple[str, ...]]) -> list[str]:
+    """Rows under their head: names and words to the left, numbers to the right."""
+    columns = [list(map(printable, column)) for column in zip(*rows, strict=True)]
+    widths = [max(map(len, column)) for column in columns]
+    words = [n == 0 or any(map(WORDS.search, column[1:])) for n, column in enumerate(columns)]
+    lines = (
+        (c.ljust(w) if left else c.rjust(w) for c, w, left in zip(row, widths, words, strict=True))
+        for row in zip(*columns, strict=True)
+    )
+    return [f"  {'  '.join(line)}".rstrip() for line in lines]
+
+
+def _wrapped(text: str, indent: int) -> list[str]:
+    """Lines of at most WIDTH with the indent; a number stays with the word before it."""
+    tied = re.sub(r" (?=\d)", "\N{NO-BREAK SPACE}", printable(text))
+    lines = textwrap.wrap(tied, WIDTH - indent, break_on_hyphens=False) or [""]
+    return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]
