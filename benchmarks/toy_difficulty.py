@@ -16,7 +16,7 @@ from scipy.ndimage import median_filter
 from sklearn.metrics import f1_score
 from sklearn.mixture import GaussianMixture
 
-from mimeline.config import Annotate
+from mimeline.config.sections import Annotate
 from mimeline.toy import World, simulate
 from mimeline.vocabulary import SERIES_REGIONS, series_actions, series_channels, track_actions
 

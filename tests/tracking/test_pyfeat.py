@@ -1,8 +1,10 @@
 from fractions import Fraction
 
 import numpy as np
+import pandas as pd
 import pytest
 
+from mimeline import tables
 from mimeline.errors import BadFile, MissingColumn
 from mimeline.tracking import pyfeat
 from mimeline.vocabulary import CHANNELS
@@ -111,9 +113,81 @@ def test_a_missing_frame_column_is_refused(pyfeat_rows, tmp_path):
         read(pyfeat_rows.drop(columns="frame"), tmp_path)
 
 
-def test_real_tables_read_and_turn_as_their_mesh_does(real_data):
-    import pandas as pd
+@pytest.mark.parametrize("lost", [{"FaceScore": 0.0}, {"FaceRectX": np.nan}])
+def test_a_row_without_a_face_is_masked_whatever_else_it_holds(pyfeat_rows, tmp_path, lost):
+    rows = pyfeat_rows.assign(FaceRectX=80.0)
+    for column, value in lost.items():
+        rows.loc[1, column] = value
+    motion = read(rows, tmp_path).motion
+    assert motion["valid"].tolist()[2:] == [True, False, True]
+    assert motion.loc[3, list(CHANNELS)].isna().all()
 
+
+def with_landmarks(rows):
+    """x_0 at 100, and each of the others one further."""
+    names = [f"{axis}_{point}" for axis in "xy" for point in range(68)]
+    points = np.broadcast_to(100.0 + np.arange(136), (len(rows), 136))
+    return pd.concat([rows, pd.DataFrame(points, columns=names)], axis=1)
+
+
+def test_landmarks_come_beside_the_motion(pyfeat_rows, tmp_path):
+    rows = with_landmarks(pyfeat_rows)
+    rows.loc[1, "FaceScore"] = 0.0
+    take = read(rows, tmp_path)
+    landmarks = take.coefficients["landmarks"]
+    assert landmarks.columns.tolist() == tables.COEFFICIENTS["landmarks"].schema.names[2:]
+    assert len(landmarks) == len(take.motion)
+    assert landmarks.notna().all(axis=1).tolist() == take.motion["valid"].tolist()
+    assert landmarks.loc[2, ["x_00", "x_67", "y_00"]].tolist() == [100, 167, 168]
+    assert read(pyfeat_rows, tmp_path).coefficients == {}
+
+
+def test_a_wrong_cell_of_the_landmarks_is_named_too(pyfeat_rows, tmp_path):
+    rows = with_landmarks(pyfeat_rows).astype({"y_8": object})
+    rows.loc[2, "y_8"] = "low"
+    with pytest.raises(BadFile, match="line 4, column y_8: found 'low'"):
+        read(rows, tmp_path)
+
+
+def test_every_channel_tells_how_it_was_had(pyfeat_rows, tmp_path):
+    take = read(pyfeat_rows.drop(columns="gaze_yaw").assign(Roll=0.0), tmp_path)
+    assert take.first_frame == 4
+    assert list(take.origins) == list(CHANNELS)
+    assert take.origins["jawOpen"].text == "column jawOpen"
+    assert take.origins["head_yaw_left"].text == "column -Yaw"
+    unmeasured = {name for name, origin in take.origins.items() if not origin.measured}
+    assert unmeasured == {"tongueOut", "gaze_left", "head_tilt_left"}
+
+
+def test_a_table_without_blend_shapes_is_refused(pyfeat_rows, tmp_path):
+    rows = pyfeat_rows[["FaceScore", "Pitch", "Roll", "Yaw", "frame"]]
+    with pytest.raises(MissingColumn, match="blend shapes"):
+        read(rows, tmp_path)
+    assert not pyfeat.holds(tmp_path / "clip.csv")
+    pyfeat_rows.to_csv(tmp_path / "clip.csv", index=False)
+    assert pyfeat.holds(tmp_path / "clip.csv")
+
+
+def test_a_faulty_coefficient_is_found_where_it_stands(pyfeat_rows, tmp_path):
+    pyfeat_rows["frame"] = [8, 4, 6]  # read in another order
+    pyfeat_rows.loc[1, "jawOpen"] = 50.0
+    with pytest.raises(BadFile, match="line 3, column jawOpen: found 50"):
+        read(pyfeat_rows, tmp_path)
+
+
+def test_real_landmarks_are_where_the_mesh_is(real_data):
+    path = real_data / "pyfeat" / "001.csv"
+    landmarks = pyfeat.read(path, fps="25", stride=2, bad_values="fail").coefficients["landmarks"]
+    mesh = pd.read_csv(path)
+    # The tip of the nose and the outer corners of the subject's right and left eye, in both.
+    for point, corner in ((30, 4), (36, 33), (45, 263)):
+        for axis in "xy":
+            told = landmarks[f"{axis}_{point:02d}"].to_numpy()
+            np.testing.assert_allclose(told, mesh[f"mesh_{axis}_{corner}"], atol=0.01)
+    assert (landmarks["x_36"] < landmarks["x_45"]).all()  # the subject's right is at the left
+
+
+def test_real_tables_read_and_turn_as_their_mesh_does(real_data):
     motions, meshes = [], []
     for path in sorted((real_data / "pyfeat").glob("0*.csv")):
         take = pyfeat.read(path, fps="25", stride=2, bad_values="fail")

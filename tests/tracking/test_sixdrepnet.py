@@ -21,6 +21,12 @@ def test_angles_of_6drepnet_take_the_subjects_left_and_up_as_positive(tmp_path):
         ("clip_id,frame,pitch\na,0,1\n", MissingColumn, "yaw, roll"),
         ("clip_id,frame,pitch,yaw,roll\na,0,1,x,2\n", BadFile, "line 2, column yaw"),
         ("clip_id,frame,pitch,yaw,roll\na,inf,1,2,2\n", BadFile, "line 2, column frame"),
+        (
+            "clip_id,frame,pitch,yaw,roll\na,0,1,2,2\n\na,1.5,1,2,2\n",
+            BadFile,
+            "line 4, column frame",
+        ),
+        ("clip_id,frame,pitch,yaw,roll\na,0,1,270,2\n", BadFile, "column yaw.*half a turn"),
         ("", BadFile, "pose.csv"),
     ],
 )

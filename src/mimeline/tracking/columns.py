@@ -2,36 +2,43 @@
 
 import csv
 import warnings
+from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from pandas.api.types import is_bool_dtype, is_numeric_dtype
 from pandas.errors import DtypeWarning, ParserError, ParserWarning
 
 from mimeline.errors import BadFile, MissingColumn, NoSuchFile
-from mimeline.vocabulary import EXPRESSIONS, canonical
+from mimeline.tracking.take import Origin
+from mimeline.vocabulary import CHANNELS, EXPRESSIONS, canonical
 
 EXPRESSION_RANGE = (-1.0, 2.0)  # coefficients of [0, 1] overshoot a little
 
 
 def read_columns(
-    path: Path, text: tuple[str, ...] = (), needed: tuple[str, ...] = ()
+    path: Path,
+    text: tuple[str, ...] = (),
+    needed: tuple[str, ...] = (),
+    known: tuple[str, ...] = (),
 ) -> pd.DataFrame:
     """A tracker's CSV by its stripped column names, one row per row of the file.
 
     A column of numbers is read as numbers; where a single cell is none, all are text as they stand.
-    text: columns that must be there and stay text. needed: others that must be there. Columns
-    without a name are left out, as are the blank cells that a comma at a row's end makes.
+    text: columns that must be there and stay text. needed: others that must be there. known: others
+    that may be. The file may write these names in any case; the table has them as they are here.
+    Columns without a name are left out, as are the blank cells that a comma at a row's end makes.
     Raises BadFile for a file that is no table, has no header or a row with more cells than that,
     MissingColumn for a missing column.
     """
+    spelt = {name.casefold(): name for name in (*known, *needed, *text)}
     try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
-            records = csv.reader(file, skipinitialspace=True)
-            names = [name.strip() for name in next(filter(None, records), [])]
+        spaced = any(name.startswith(" ") for name in _first_row(path, spaced=False))
+        names = [name.strip() for name in _first_row(path, spaced)]
+        names = [spelt.get(name.casefold(), name) for name in names]
         _check_header(names, (*text, *needed), path)
-        table = _parsed(path, names, text)
+        table = _parsed(path, names, text, spaced)
     except FileNotFoundError as error:
         raise NoSuchFile(
             path,
@@ -46,7 +53,7 @@ def read_columns(
             expected="a CSV table with a header",
             remedy="Export the take again.",
         ) from error
-    return table.loc[:, [bool(name) for name in names]]
+    return table if all(names) else table.loc[:, [bool(name) for name in names]]
 
 
 def header_of(path: Path) -> frozenset[str]:
@@ -68,24 +75,26 @@ def numbers(
     blank_ok: an empty cell is a value that the tracker does not give, no bad one.
     """
     chosen = table[list(columns)]
-    if all(is_numeric_dtype(dtype) for dtype in chosen.dtypes):
+    if all(dtype.kind in "iuf" for dtype in chosen.dtypes):
         values = chosen.to_numpy(float)
     else:
         values = chosen.apply(pd.to_numeric, errors="coerce").to_numpy(float, na_value=np.nan)
     finite = np.isfinite(values)
     bad = ~finite
     if blank_ok and bad.any():
-        bad &= (chosen != "").to_numpy()
+        bad &= chosen.apply(lambda column: column.astype(str).str.strip() != "").to_numpy()
     if bad.any() and bad_values == "fail":
         row, column = np.argwhere(bad)[0]
+        cell = chosen.iat[row, column]
         raise BadFile(
             path,
             place=f"line {line_of(path, table.index[row])}, column {columns[column]}",
-            found=repr(chosen.iat[row, column]),
+            found=repr(cell) if isinstance(cell, str) else str(cell),
             expected="a number",
             remedy="Fix the cell, or set ingest.bad_values: mask to treat the frame as a gap.",
         )
-    values = np.where(finite, values, np.nan)
+    if bad.any():
+        values = np.where(finite, values, np.nan)
     return pd.DataFrame(values, table.index, chosen.columns, copy=False), bad.any(axis=1)
 
 
@@ -131,6 +140,44 @@ def angles(values: pd.DataFrame, unit: str, path: Path, remedy: str) -> pd.DataF
     return pd.DataFrame(radians, values.index, values.columns)
 
 
+def by_channel(
+    radians: pd.DataFrame, signs: Mapping[str, tuple[str, float]]
+) -> tuple[pd.DataFrame, dict[str, Origin]]:
+    """Angles by channel, each the mean of the columns that are signed for it, and their origins.
+
+    radians: what `angles` gives of the columns that the file has. signs: as in Convention.signs.
+    A channel one of whose columns is absent or NaN throughout is not measured, and left out.
+    """
+    values, position = radians.to_numpy(), {name: at for at, name in enumerate(radians)}
+    never = dict(zip(radians, np.isnan(values).all(axis=0), strict=True))
+    channels, origins = {}, {}
+    for channel in dict.fromkeys(channel for channel, _ in signs.values()):
+        named = {column: sign for column, (of, sign) in signs.items() if of == channel}
+        absent = [column for column in named if column not in position]
+        idle = [column for column in named if never.get(column)]
+        if absent:
+            origins[channel] = Origin(f"the file has no column {absent[0]}", measured=False)
+        elif idle:
+            origins[channel] = Origin(f"column {idle[0]} is 0 or empty throughout", measured=False)
+        else:
+            signed = values[:, [position[column] for column in named]] * list(named.values())
+            channels[channel] = signed.mean(axis=1)
+            terms = [column if sign > 0 else f"-{column}" for column, sign in named.items()]
+            of = "column " if len(terms) == 1 else "mean of columns "
+            origins[channel] = Origin(of + " and ".join(terms))
+    return pd.DataFrame(channels, index=radians.index), origins
+
+
+def all_origins(columns: list[str], angles: Mapping[str, Origin]) -> dict[str, Origin]:
+    """Every channel's origin: the column that bears its name, the angle's own, or that it has none.
+
+    columns: of the file. angles: origins of head and gaze channels.
+    """
+    named = {canonical(column): Origin(f"column {column}") for column in columns}
+    absent = Origin("the file has no such column", measured=False)
+    return {name: angles.get(name) or named.get(name, absent) for name in CHANNELS}
+
+
 def line_of(path: Path, row: int) -> int:
     """The line on which a table's row ends, rows counted from 0 after the header."""
     try:
@@ -141,6 +188,11 @@ def line_of(path: Path, row: int) -> int:
             return records.line_num
     except (OSError, ValueError, csv.Error):
         return row + 2
+
+
+def _first_row(path: Path, spaced: bool) -> list[str]:
+    with open(path, encoding="utf-8-sig", newline="") as file:
+        return next(filter(None, csv.reader(file, skipinitialspace=spaced)), [])
 
 
 def _check_header(names: list[str], needed: tuple[str, ...], path: Path) -> None:
@@ -163,8 +215,8 @@ def _check_header(names: list[str], needed: tuple[str, ...], path: Path) -> None
             expected="a header with channel names",
             remedy="Export the take with its header: columns are known by name, never by position.",
         )
-    meant = [canonical(name) or name for name in filled]
-    if repeated := sorted({name for name in meant if meant.count(name) > 1}):
+    times = Counter(canonical(name) or name for name in filled)
+    if repeated := sorted(name for name, count in times.items() if count > 1):
         raise BadFile(
             path,
             place="line 1",
@@ -182,24 +234,21 @@ def _check_header(names: list[str], needed: tuple[str, ...], path: Path) -> None
         )
 
 
-def _parsed(path: Path, names: list[str], text: tuple[str, ...]) -> pd.DataFrame:
+def _parsed(path: Path, names: list[str], text: tuple[str, ...], spaced: bool) -> pd.DataFrame:
     """The rows below the header; columns of numbers as numbers, the others as text."""
     try:
-        table = _read(path, names, [names.index(name) for name in text])
-        doubtful = [  # true and false, infinities, numbers amid text: as they stand in the file
-            at
-            for at, column in table.items()
-            if not isinstance(column.dtype, pd.StringDtype)
-            and (is_bool_dtype(column) or column.dtype == object or not np.isfinite(column).all())
-        ]
+        told = [names.index(name) for name in text]
+        table = _read(path, names, told, spaced)
+        # True and False, and numbers amid text: as they stand in the file.
+        doubtful = [at for at, dtype in table.dtypes.items() if dtype in (bool, object)]
         if doubtful and len(table):
-            table = _read(path, names, [*(names.index(name) for name in text), *doubtful])
+            table = _read(path, names, [*told, *doubtful], spaced)
     except (ParserWarning, ParserError):
         table = _by_row(path, len(names))
     return table.set_axis(names, axis=1)
 
 
-def _read(path: Path, names: list[str], text: list[int]) -> pd.DataFrame:
+def _read(path: Path, names: list[str], text: list[int], spaced: bool) -> pd.DataFrame:
     """The rows, columns numbered. Raises ParserWarning or ParserError where one is too wide."""
     with warnings.catch_warnings():
         warnings.simplefilter("error", ParserWarning)
@@ -211,7 +260,7 @@ def _read(path: Path, names: list[str], text: list[int]) -> pd.DataFrame:
             index_col=False,
             dtype=dict.fromkeys(text, str),
             na_filter=False,
-            skipinitialspace=True,
+            skipinitialspace=spaced,  # slow
             encoding="utf-8-sig",
             compression=None,
         )
