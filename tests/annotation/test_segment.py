@@ -3,6 +3,7 @@ import pandas as pd
 import pytest
 
 from mimeline import tables
+from mimeline.annotation.fitted import read_fingerprint
 from mimeline.annotation.region_model import RegionModel, read_models
 from mimeline.annotation.segment import segment
 from mimeline.annotation.series import concatenate
@@ -113,3 +114,5 @@ def test_a_folder_that_holds_no_model_says_what_to_do(tmp_path):
     (tmp_path / "channels.json").write_text("[")
     with pytest.raises(BadFile, match="run segment again"):
         RegionModel.load(tmp_path)
+    with pytest.raises(BadFile, match="run segment again"):
+        read_fingerprint(tmp_path)

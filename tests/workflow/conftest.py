@@ -1,10 +1,12 @@
 """A checkout of its own in which the whole workflow has run once on a tiny toy world."""
 
+import json
 import os
 import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -61,6 +63,15 @@ class Workflow:
         rules = {line.split()[0] for line in stats[1].splitlines()} if stats else set()
         return rules - {"all"}
 
+    def would_rerun_each(self, configs: Iterable[str]) -> list[set[str]]:
+        """For each config file after the tiny one, the rules of a dry run; one process for all."""
+        script = str(Path(__file__).with_name("dry_runs.py"))
+        files = json.dumps([[str(CHECKOUT / TINY), config] for config in configs])
+        command = [sys.executable, script, files]
+        done = subprocess.run(command, **self._place(), capture_output=True, text=True, timeout=600)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return [set(json.loads(line)) - {"all"} for line in done.stdout.splitlines()]
+
 
 def copy_checkout(root: Path, parts: tuple[str, ...]) -> Workflow:
     """Copy what the workflow needs; a change in the copy touches nothing else."""
@@ -68,7 +79,9 @@ def copy_checkout(root: Path, parts: tuple[str, ...]) -> Workflow:
     for name in parts:
         source = CHECKOUT / name
         if source.is_dir():
-            shutil.copytree(source, root / name, ignore=shutil.ignore_patterns("__pycache__"))
+            # with what is compiled, but not what another process is writing just now
+            ignore = shutil.ignore_patterns("*.pyc.*", "*.tmp.*")
+            shutil.copytree(source, root / name, ignore=ignore)
         else:
             shutil.copy2(source, root / name)
     return Workflow(root, (root if "src" in parts else CHECKOUT) / "src")

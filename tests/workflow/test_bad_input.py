@@ -3,6 +3,8 @@
 import pytest
 import yaml
 
+from mimeline import tables
+
 
 def complaint(done) -> str:
     """The one line of mimeline's in what a failed run printed."""
@@ -38,6 +40,30 @@ def test_an_unknown_key(checkout):
     assert "key segmnt: found an unknown key" in line
 
 
+TABLE = "results/label/labels.parquet"
+
+
+@pytest.fixture(scope="module")
+def relabelled(toy_run, tmp_path_factory):
+    """Name the clusters of the finished run by a label file, the proposed one changed for brow.
+
+    change → the run, and the label file's path. In the end the clusters are named as they were.
+    """
+    folder = tmp_path_factory.mktemp("labels")
+
+    def relabelled(change: dict):
+        names = yaml.safe_load((toy_run.root / "results/label/labels.yaml").read_text())
+        names["brow"] |= change
+        labels, config = folder / "names.yaml", folder / "config.yaml"
+        labels.write_text(yaml.safe_dump(names))
+        config.write_text(yaml.safe_dump({"label": {"file": str(labels)}}))
+        return toy_run.run(TABLE, config=("tests/workflow/tiny.yaml", str(config))), labels
+
+    yield relabelled
+    again = toy_run.run(TABLE)
+    assert again.returncode == 0, again.stderr
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
@@ -45,37 +71,20 @@ def test_an_unknown_key(checkout):
         ({"clusters": {0: "EyebrowUp"}}, "region brow, cluster 0: found 'EyebrowUp'"),
     ],
 )
-def test_a_label_file_that_does_not_fit_stops_the_run(toy_run, tmp_path, change, message):
-    names = yaml.safe_load((toy_run.root / "results/label/labels.yaml").read_text())
-    names["brow"] |= change
-    labels, config = tmp_path / "names.yaml", tmp_path / "config.yaml"
-    labels.write_text(yaml.safe_dump(names))
-    config.write_text(yaml.safe_dump({"label": {"file": str(labels)}}))
-    wanted = ("results/label/labels.parquet",)
-    done = toy_run.run(*wanted, config=("tests/workflow/tiny.yaml", str(config)))
+def test_a_label_file_that_does_not_fit_stops_the_run(toy_run, relabelled, change, message):
+    done, labels = relabelled(change)
     line = complaint(done)
     assert message in line
     assert str(labels) in line
     assert (toy_run.root / "results/label/labels.yaml").exists()  # to start again from
-    again = toy_run.run(*wanted)
-    assert again.returncode == 0, again.stderr
 
 
-def test_a_label_file_that_fits_names_the_clusters(toy_run, tmp_path):
-    import pandas as pd
-
-    names = yaml.safe_load((toy_run.root / "results/label/labels.yaml").read_text())
-    names["brow"]["clusters"] = {0: {"action": "BrowUp", "note": "strong"}}
-    labels, config = tmp_path / "names.yaml", tmp_path / "config.yaml"
-    labels.write_text(yaml.safe_dump(names))
-    config.write_text(yaml.safe_dump({"label": {"file": str(labels)}}))
-    wanted = ("results/label/labels.parquet",)
-    done = toy_run.run(*wanted, config=("tests/workflow/tiny.yaml", str(config)))
+def test_a_label_file_that_fits_names_the_clusters(toy_run, relabelled):
+    done, _ = relabelled({"clusters": {0: {"action": "BrowUp", "note": "strong"}}})
     assert done.returncode == 0, done.stderr
-    table = pd.read_parquet(toy_run.root / "results/label/labels.parquet")
+    table = tables.read(tables.LABELS, toy_run.root / TABLE)
     row = table[(table["region"] == "brow") & (table["cluster"] == 0)].iloc[0]
     assert row[["action", "note", "source"]].tolist() == ["BrowUp", "strong", "human"]
-    assert toy_run.run(*wanted).returncode == 0
 
 
 def test_a_run_that_loses_every_clip_ends_with_a_report_that_says_so(checkout, tmp_path):
@@ -88,5 +97,3 @@ def test_a_run_that_loses_every_clip_ends_with_a_report_that_says_so(checkout, t
     page = (checkout.root / "results/report/index.html").read_text(encoding="utf-8")
     assert "No clip came through" in page
     assert "the report is results/report/index.html" in done.stdout + done.stderr
-    again = checkout.run("--until", "select", config=("tests/workflow/tiny.yaml", str(config)))
-    assert "the report is" not in again.stdout + again.stderr  # of an earlier run

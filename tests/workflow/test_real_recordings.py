@@ -1,51 +1,126 @@
-"""The examples of config/examples run to their report on real recordings."""
+"""The examples of config/examples run on real recordings, or on small takes of their format.
+
+One goes to its report. The others stop once what is special about their format has happened: what
+follows pose sees tables and no format.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
 
 import pytest
+import yaml
 
 from mimeline import tables
+from mimeline.vocabulary import EXPRESSIONS, GAZE, HEAD
 
+GOLDEN = Path(__file__).parents[1] / "tracking" / "golden"
 SMALL = """
+shards: 1
 train: {timeline: {width: 16, heads: 2, steps: 5, batch: 2}}
 evaluate: {timeline: {timelines: 1, sampler_steps: 2}}
 report: {clips: 1, exemplars: 1}
 """
 
 
-@pytest.mark.parametrize(
-    ("name", "folder", "clips", "absent"),
-    [
-        ("livelink", "arkit_livelink", 13, ("HeadLeft", "HeadUp")),
-        ("pyfeat", "pyfeat", 10, ()),
-    ],
-)
-def test_an_example_ends_with_a_report(checkout, real_data, tmp_path, name, folder, clips, absent):
-    small = tmp_path / "small.yaml"
-    small.write_text(SMALL)
-    config = (f"config/examples/{name}.yaml", str(small))
-    done = checkout.run("--config", f"data_dir={real_data / folder}", config=config)
-    assert done.returncode == 0, done.stdout + done.stderr
-    results = checkout.root / f"results-{name}"
+@pytest.fixture
+def run_example(checkout, tmp_path):
+    """Run an example on a data folder with a few changed keys; returns its folder of results."""
+
+    def run_example(name: str, data: Path, *arguments: str, change: str = SMALL) -> Path:
+        small = tmp_path / "small.yaml"
+        small.write_text(change)
+        config = (f"config/examples/{name}.yaml", str(small))
+        done = checkout.run(*arguments, "--config", f"data_dir={data}", config=config)
+        assert done.returncode == 0, done.stdout + done.stderr
+        return checkout.root / f"results-{name}"
+
+    return run_example
+
+
+def test_an_example_ends_with_a_report(run_example, real_data):
+    results = run_example("livelink", real_data / "arkit_livelink")
     assert (results / "report" / "index.html").stat().st_size > 10_000
     frames = tables.read_all(tables.FRAMES, results.glob("annotate/*/frames.parquet"))
-    assert frames["clip_id"].nunique() == clips
-    for action in absent:
+    assert frames["clip_id"].nunique() == 13
+    for action in ("HeadLeft", "HeadUp"):
         assert frames[action].isna().all()
     assert frames["BrowUp"].notna().any()
     metrics = results / "evaluate" / "annotation" / "metrics.parquet"
     assert tables.reason(metrics) == "no truth is known for these recordings"
 
 
-def test_bare_videos_are_cut_and_the_bad_ones_are_in_the_ledger(checkout, real_data, tmp_path):
+def test_an_example_of_short_clips_is_annotated(run_example, real_data):
+    results = run_example("pyfeat", real_data / "pyfeat", "--until", "annotate")
+    frames = tables.read_all(tables.FRAMES, results.glob("annotate/*/frames.parquet"))
+    assert frames["clip_id"].nunique() == 10
+    assert frames["BrowUp"].notna().any()
+
+
+@dataclass
+class Example:
+    """folder: of the recordings. measured, absent: channels that it must give, that it cannot."""
+
+    folder: str
+    clips: int
+    measured: tuple[str, ...]
+    absent: tuple[str, ...] = ()
+
+
+REAL = {
+    "openface": Example("openface", 1, (*HEAD, *GAZE, "jawOpen", "browInnerUp"), ("tongueOut",)),
+    "dreamtalk": Example("dreamtalk", 16, HEAD, EXPRESSIONS),
+}
+
+
+@pytest.mark.parametrize("name", REAL)
+def test_an_example_reads_real_recordings(run_example, real_data, name):
+    example = REAL[name]
+    results = run_example(name, real_data / example.folder, "--until", "pose")
+    found = measured(results)
+    assert clips_after_pose(results) == example.clips
+    assert set(example.measured) <= found
+    assert not set(example.absent) & found
+
+
+@pytest.mark.parametrize(
+    ("name", "channels"),
+    [
+        ("metrical_tracker", {*HEAD, *GAZE, "eyeBlinkLeft"}),
+        ("mediapipe", {*HEAD, *EXPRESSIONS} - {"tongueOut"}),
+        ("emoca", {*HEAD, "jawOpen"}),
+    ],
+)
+def test_an_example_reads_small_takes_of_its_format(run_example, tmp_path, name, channels):
+    data = tmp_path / "takes"
+    data.mkdir()
+    for take in (GOLDEN / name).iterdir():
+        if take.name != "options.yaml":
+            (data / take.name).symlink_to(take)
+    options = yaml.safe_load((GOLDEN / name / "options.yaml").read_text())
+    change = {"shards": 1, "select": {"min_s": 0.1}, "ingest": {name: options}}
+    results = run_example(name, data, "--until", "pose", change=yaml.safe_dump(change))
+    assert clips_after_pose(results) == len(list(data.iterdir()))
+    assert channels <= measured(results)
+
+
+def clips_after_pose(results: Path) -> int:
+    return len(tables.read_all(tables.CLIPS, results.glob("pose/*/clips.parquet")))
+
+
+def measured(results: Path) -> set[str]:
+    """The channels that have a value in a frame."""
+    motion = tables.read_all(tables.MOTION, results.glob("ingest/*/motion.parquet"))
+    return {*EXPRESSIONS, *HEAD, *GAZE} & set(motion.columns[motion.notna().any()])
+
+
+def test_bare_videos_are_cut_and_the_bad_ones_are_in_the_ledger(run_example, real_data, tmp_path):
     data = tmp_path / "videos"
     data.mkdir()
     for video in ("face_noface.mov", "no_face.mp4", "single_face.mp4"):
         (data / video).symlink_to(real_data / "video" / video)
     for video in ("empty.mp4", "single_face_truncated_100k.mp4"):
         (data / video).symlink_to(real_data / "corrupt" / video)
-    config, small = ("config/examples/videos.yaml",), ("--config", "fetch={side_px: 64}")
-    done = checkout.run(*small, f"data_dir={data}", "--until", "fetch", config=config)
-    assert done.returncode == 0, done.stdout + done.stderr
-    results = checkout.root / "results-videos"
+    results = run_example("videos", data, "--until", "fetch", change="fetch: {side_px: 64}")
     ledger = tables.read_all(tables.LEDGER, results.rglob("ledger.parquet"))
     failed = ledger[ledger["status"] == "failed"].set_index("clip_id")["detail"]
     assert set(failed.index) == {"empty", "single_face_truncated_100k"}
@@ -54,4 +129,4 @@ def test_bare_videos_are_cut_and_the_bad_ones_are_in_the_ledger(checkout, real_d
     clips = tables.read_all(tables.CLIPS, results.glob("fetch/*/clips.parquet"))
     assert set(clips["source_id"]) == {"face_noface", "no_face", "single_face"}
     assert (clips["n_frames"] == ((clips["end_s"] - clips["start_s"]) * 30).round()).all()
-    assert all((checkout.root / media).is_file() for media in clips["media"])
+    assert all((results.parent / media).is_file() for media in clips["media"])

@@ -8,8 +8,8 @@ import pandas as pd
 import yaml
 
 from mimeline import tables
+from mimeline.annotation.fitted import read_fingerprint
 from mimeline.annotation.proposals import propose, read_proposals
-from mimeline.annotation.region_model import RegionModel
 from mimeline.annotation.runs import run_starts
 from mimeline.annotation.series import sequences
 from mimeline.vocabulary import series_channels
@@ -55,8 +55,7 @@ def exemplars(
         for cluster, action in proposals.items():
             share = counts[cluster] / len(ids)
             rows.append((region, cluster, action, None, "proposed", share))
-        fingerprint = RegionModel.load(models[region]).fingerprint()
-        written[region] = {"model": fingerprint, "clusters": proposals}
+        written[region] = {"model": read_fingerprint(models[region]), "clusters": proposals}
         rng = np.random.default_rng([seed, number])  # one region's refit keeps the others' choice
         shown.append(choose(assigned, values, n_random, rng).assign(region=region))
         log.info("%s: names proposed for %d clusters", region, len(proposals))

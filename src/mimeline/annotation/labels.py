@@ -6,7 +6,7 @@ from pathlib import Path
 import yaml
 
 from mimeline import tables
-from mimeline.annotation.region_model import read_models
+from mimeline.annotation.fitted import is_fitted, read_fingerprint
 from mimeline.errors import BadLabels
 from mimeline.vocabulary import NEUTRAL, series_actions
 
@@ -30,11 +30,13 @@ def label(proposed: Path, models: dict[str, Path], labels: Path, file: str | Non
             expected=f"one of {', '.join(models)}",
             remedy="Correct the region's name.",
         )
-    for region, fitted in read_models(models).items():
+    for region, folder in models.items():
+        if not is_fitted(folder):
+            continue
         own = rows["region"] == region
         if region in given:
             known = rows.loc[own, "cluster"].tolist()
-            human = _checked(file, region, given[region], fitted.fingerprint(), known)
+            human = _checked(file, region, given[region], read_fingerprint(folder), known)
             for cluster, entry in human.items():
                 at = own & (rows["cluster"] == cluster)
                 rows.loc[at, ["action", "note"]] = entry["action"], entry["note"]

@@ -8,11 +8,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from mimeline.annotation.fitted import CHANNELS_FILE, FINGERPRINT_FILE, broken, is_fitted
 from mimeline.annotation.series import sequences
-from mimeline.errors import BadFile
 from mimeline.ticc import TICC
-
-CHANNELS_FILE = "channels.json"
 
 
 @dataclass(frozen=True)
@@ -38,15 +36,13 @@ class RegionModel:
             cluster=labels.astype("int64"), margin=margins.astype(np.float32)
         )
 
-    def fingerprint(self) -> str:
-        """What a label file calls this model."""
-        return self.ticc.fingerprint()
-
     def save(self, folder: Path) -> None:
         """Write the model into a folder."""
+        folder = Path(folder)
         self.ticc.save(folder)
+        (folder / FINGERPRINT_FILE).write_text(self.ticc.fingerprint() + "\n", encoding="utf-8")
         names = json.dumps(list(self.channels), indent=2)
-        (Path(folder) / CHANNELS_FILE).write_text(names + "\n", encoding="utf-8")
+        (folder / CHANNELS_FILE).write_text(names + "\n", encoding="utf-8")
 
     @classmethod
     def load(cls, folder: Path) -> "RegionModel":
@@ -55,20 +51,10 @@ class RegionModel:
             channels = json.loads((Path(folder) / CHANNELS_FILE).read_text(encoding="utf-8"))
             return cls(TICC.load(folder), tuple(channels))
         except (OSError, ValueError, KeyError, TypeError) as error:
-            raise BadFile(
-                folder,
-                found=str(error),
-                expected="a fitted model",
-                remedy="Delete the folder and run segment again.",
-            ) from error
+            raise broken(folder, error) from error
 
 
 def read_models(folders: Mapping[str, Path]) -> dict[str, RegionModel]:
     """The fitted models by region; a region that could not be segmented is absent."""
     fitted = {region: folder for region, folder in folders.items() if is_fitted(folder)}
     return {region: RegionModel.load(folder) for region, folder in fitted.items()}
-
-
-def is_fitted(folder: Path) -> bool:
-    """Whether segment wrote a model there; snakemake leaves a time stamp in any folder."""
-    return (Path(folder) / CHANNELS_FILE).is_file()
