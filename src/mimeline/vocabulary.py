@@ -75,6 +75,9 @@ DESCRIPTORS: dict[str, tuple[str, ...]] = {
 }
 
 
+# What else than channels a tracking result may hold, each a table beside `motion`.
+REPRESENTATIONS: tuple[str, ...] = ("flame", "bfm", "action_units", "landmarks")
+
 UNKNOWN = -1.0  # an action's value in a timeline where it was not measured or is not told
 
 # A channel whose range over all frames is less is not moved by its tracker: what is left is jitter.

@@ -1,5 +1,5 @@
 from mimeline.media.confined import MEMORY_MB
-from mimeline.tables import COEFFICIENTS
+from mimeline.vocabulary import REPRESENTATIONS
 
 SHARDS = [f"{number:02d}" for number in range(config["shards"])]
 TOY = config["data_dir"] is None
@@ -111,7 +111,7 @@ rule ingest:
     output:
         motion="<results>/ingest/{shard}/motion.parquet",
         coefficients=expand(
-            "<results>/ingest/{{shard}}/{name}.parquet", name=COEFFICIENTS
+            "<results>/ingest/{{shard}}/{name}.parquet", name=REPRESENTATIONS
         ),
         origins="<results>/ingest/{shard}/origins.parquet",
         clips="<results>/ingest/{shard}/clips.parquet",

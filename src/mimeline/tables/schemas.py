@@ -12,6 +12,7 @@ from mimeline.vocabulary import (
     CHANNELS,
     EXPRESSIONS,
     NEUTRAL,
+    REPRESENTATIONS,
     SERIES_REGIONS,
     TRACKS,
     series_channels,
@@ -125,39 +126,30 @@ def _coefficients(name: str, columns: Iterable[str]) -> Table:
     return declare(name, keys | numbers, order=order, key=order)
 
 
+_COLUMNS: dict[str, list[str]] = {
+    "flame": [
+        *(f"exp{number:03d}" for number in range(100)),
+        *(
+            f"{joint}_{axis}"  # axis times angle, radians, in FLAME's axes
+            for joint in ("head", "neck", "jaw", "left_eye", "right_eye")
+            for axis in AXES
+        ),
+        *("eyelid_left", "eyelid_right"),
+    ],
+    "bfm": [
+        *(f"exp{number:03d}" for number in range(64)),
+        *(f"angle_{axis}" for axis in AXES),
+        *(f"translation_{axis}" for axis in AXES),
+    ],
+    "action_units": [
+        *(f"AU{unit:02d}_r" for unit in UNITS_INTENSE),  # 0-5
+        *(f"AU{unit:02d}_c" for unit in UNITS_PRESENT),  # 0 or 1
+    ],
+    "landmarks": [f"{axis}_{point:02d}" for axis in "xy" for point in range(68)],
+}
 # Other representations of the same frames, in their own formats' units and axes.
 COEFFICIENTS: dict[str, Table] = {
-    "flame": _coefficients(
-        "flame",
-        [
-            *(f"exp{number:03d}" for number in range(100)),
-            *(
-                f"{joint}_{axis}"  # axis times angle, radians, in FLAME's axes
-                for joint in ("head", "neck", "jaw", "left_eye", "right_eye")
-                for axis in AXES
-            ),
-            "eyelid_left",
-            "eyelid_right",
-        ],
-    ),
-    "bfm": _coefficients(
-        "bfm",
-        [
-            *(f"exp{number:03d}" for number in range(64)),
-            *(f"angle_{axis}" for axis in AXES),
-            *(f"translation_{axis}" for axis in AXES),
-        ],
-    ),
-    "action_units": _coefficients(
-        "action_units",
-        [
-            *(f"AU{unit:02d}_r" for unit in UNITS_INTENSE),  # 0-5
-            *(f"AU{unit:02d}_c" for unit in UNITS_PRESENT),  # 0 or 1
-        ],
-    ),
-    "landmarks": _coefficients(
-        "landmarks", [f"{axis}_{point:02d}" for axis in "xy" for point in range(68)]
-    ),
+    name: _coefficients(name, _COLUMNS[name]) for name in REPRESENTATIONS
 }
 
 ORIGINS = declare(
