@@ -212,3 +212,18 @@ def test_one_clip_with_sides_exchanged_fails_and_many_stop_the_run(run, tmp_path
         looking(60, -1).to_csv(tmp_path / f"{name}.csv", index=False)
     with pytest.raises(MimelineError, match="4 of the 4 takes"):
         run([clip(name, 0, 2, name) for name in names])
+
+
+def test_takes_that_are_all_refused_for_what_one_key_mends_stop_the_run(run, tmp_path):
+    names = ["a", "b", "c"]
+    for name in names:
+        degrees = looking(60, 1)
+        eyes = [column for column in degrees if column.endswith("Yaw")]
+        degrees[eyes] = np.degrees(degrees[eyes])
+        degrees.to_csv(tmp_path / f"{name}.csv", index=False)
+    with pytest.raises(MimelineError, match="3 of 3 takes.*angle_unit: degrees"):
+        run([clip(name, 0, 2, name) for name in names])
+    motion, _, _ = run(
+        [clip(name, 0, 2, name) for name in names], options=OPTIONS | {"angle_unit": "degrees"}
+    )
+    assert motion["gaze_left"].max() == pytest.approx(0.6, abs=0.01)

@@ -257,3 +257,10 @@ def test_what_is_written_is_read_back_to_the_last_bit(tmp_path_factory, motion):
     path = tmp_path_factory.getbasetemp() / "written.csv"
     table.write(path, motion)
     pd.testing.assert_frame_equal(table.read(path, **OURS).motion, motion, check_exact=True)
+
+
+def test_integers_that_no_float_holds_are_numbers_too(tmp_path):
+    path = tmp_path / "take.parquet"
+    pq.write_table(pa.table({"jawOpen": [0.1, 0.2], "sure": [2**63 - 1, 0]}), path)
+    take = table.read(path, **PLAIN | {"confidence": "sure"})
+    assert take.motion["confidence"].tolist() == [2.0**63, 0]

@@ -18,6 +18,7 @@ from mimeline.clips.folder import sources
 from mimeline.errors import BadFile, MimelineError
 from mimeline.ledger import Ledger
 from mimeline.media.limits import Limits
+from mimeline.tracking.firewall import unreadable_alike
 from mimeline.tracking.readers import Tracker
 
 log = logging.getLogger(__name__)
@@ -126,7 +127,10 @@ def _files(
         found = re.search(subject_pattern, name) if subject_pattern else None
         return found[0] if found else subject
 
-    return sources(paths, person, facts)
+    rows, bad = sources(paths, person, facts)
+    if fault := unreadable_alike(bad, len(paths), results.folder):
+        raise fault
+    return rows, bad
 
 
 def _cut(row: dict, cut_s: float | None) -> list[dict]:

@@ -1,18 +1,25 @@
 """Which clips turn the head too far for half of the face to be seen."""
 
 import logging
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from mimeline import tables
+from mimeline.errors import BadFile, MimelineError
 from mimeline.ledger import Ledger
 from mimeline.tracking.sixdrepnet import read_sixdrepnet
+from mimeline.vocabulary import HEAD
 
 log = logging.getLogger(__name__)
 
 LEAST_COVERED = 0.9  # share of a clip's frames with a head angle, below which the ledger says so
+MOVES = 0.03  # radians: standard deviation of a head angle, from which two sources must agree
+ENOUGH_FRAMES = 20
+OPPOSED = -0.5  # correlation of an angle that two sources see the other way round
+FEWEST_CLIPS = 3  # that disagree about an angle, before the set-up is blamed
 
 
 def pose(
@@ -29,17 +36,29 @@ def pose(
 
     clips, kept: `clips` tables in and out. motion: the shard's motion. format: "motion" takes the
     tracker's own head angles, "sixdrepnet" a table under data. max_yaw_deg: degrees.
-    A clip without any head angle is kept, with a note that the rule could not be applied.
+    A clip without any head angle is kept, with a note that the rule could not be applied; one in
+    which the table and the tracker turn against each other, with a note of that.
+    Raises BadFile where they do so in most of the clips that move enough.
     """
     table = tables.read(tables.CLIPS, clips)
-    if format == "sixdrepnet":
-        angles = read_sixdrepnet(Path(data) / options["file"])
-    else:
-        angles = tables.read(tables.MOTION, motion, ["clip_id", "frame", "head_yaw_left"])
     decisions = Ledger("pose", table["clip_id"])
-    angles = angles.merge(table[["clip_id", "n_frames"]], on="clip_id")
-    within = angles["frame"].between(0, angles["n_frames"] - 1)
-    angles = angles[within].dropna(subset=["head_yaw_left"])
+    angles = tables.read(tables.MOTION, motion, ["clip_id", "frame", *HEAD])
+    if format == "sixdrepnet":
+        path = Path(data) / options["file"]
+        tracked, angles = angles, read_sixdrepnet(path)
+        agreement = compared(_inside(tracked, table), _inside(angles, table))
+        if fault := of_the_set_up(agreement, path):
+            raise fault
+        for row in _opposed(agreement).itertuples():
+            decisions.note(
+                row.clip_id,
+                "pose_disagrees",
+                value=row.r,
+                limit=OPPOSED,
+                unit="correlation",
+                detail=f"{row.angle}: the pose table and the tracker turn against each other",
+            )
+    angles = _inside(angles, table).dropna(subset=["head_yaw_left"])
     for turned in mask_turned(angles, np.radians(max_yaw_deg)).itertuples():
         decisions.drop(
             turned.clip_id,
@@ -75,3 +94,55 @@ def mask_turned(angles: pd.DataFrame, max_yaw: float) -> pd.DataFrame:
     return past.groupby("clip_id", as_index=False).agg(
         value=("value", "max"), first_frame=("frame", "min"), last_frame=("frame", "max")
     )
+
+
+def compared(
+    tracked: pd.DataFrame, angles: pd.DataFrame, names: Sequence[str] = HEAD
+) -> pd.DataFrame:
+    """How well two sources agree about the head's angles.
+
+    tracked, angles: clip_id, frame and the angles in radians. Returns clip_id, angle and r, their
+    correlation over the frames that both know, where both move enough to tell.
+    """
+    rows = []
+    both = tracked.merge(angles, on=["clip_id", "frame"], suffixes=("", "_there"))
+    for clip_id, frames in both.groupby("clip_id"):
+        for name in names:
+            pair = frames[[name, f"{name}_there"]].dropna().to_numpy(float)  # (m, 2)
+            if len(pair) >= ENOUGH_FRAMES and pair.std(axis=0).min() >= MOVES:
+                rows.append((clip_id, name, float(np.corrcoef(pair.T)[0, 1])))
+    return pd.DataFrame(rows, columns=["clip_id", "angle", "r"])
+
+
+def of_the_set_up(agreement: pd.DataFrame, path: Path) -> MimelineError | None:
+    """The error to stop with, where most clips that can tell see an angle the other way round.
+
+    agreement: as `compared` gives it. path: the pose table.
+    """
+    for angle, clips in agreement.groupby("angle"):
+        opposed = clips[clips["r"] < OPPOSED]
+        if len(opposed) < FEWEST_CLIPS or 2 * len(opposed) <= len(clips):
+            continue
+        first = opposed.iloc[0]
+        return BadFile(
+            path,
+            place=f"{len(opposed)} of the {len(clips)} clips that move enough",
+            found=f"{angle} against that of the tracking results, r = {first.r:.2f} in "
+            f"{first.clip_id}",
+            expected="a table and tracking results of the same pictures, that turn the same way",
+            remedy="Where the tracker saw mirrored pictures, set ingest.mirrored: true; where "
+            "another tool wrote the table, correct its signs, or set pose.format: motion.",
+        )
+    return None
+
+
+def _opposed(agreement: pd.DataFrame) -> pd.DataFrame:
+    """The angle in which a clip disagrees most, of each clip that disagrees."""
+    opposed = agreement[agreement["r"] < OPPOSED].sort_values("r", kind="stable")
+    return opposed.drop_duplicates("clip_id")
+
+
+def _inside(angles: pd.DataFrame, clips: pd.DataFrame) -> pd.DataFrame:
+    """Rows of the clips' own frames."""
+    rows = angles.merge(clips[["clip_id", "n_frames"]], on="clip_id")
+    return rows[rows["frame"].between(0, rows["n_frames"] - 1)].drop(columns="n_frames")

@@ -29,6 +29,7 @@ RULES: dict[str, str] = {
     "masked": "frames without a face are masked",
     "tracking_loss": "a frame’s tracking loss is too large",
     "sides_swapped": "left and right are exchanged",
+    "eyes_disagree": "the two eyes look opposite ways",
     "angle_unit": "the angles are in another unit",
     "dead_channels": "channels never move",
     "frozen": "the tracker repeats itself",

@@ -62,6 +62,7 @@ def ingest(
     tracker = Tracker.of(data, format, options, bad_values)
     decisions = Ledger("ingest", table["clip_id"])
     takes: dict[str, Take] = {}
+    errors: dict[str, MimelineError] = {}
     found: dict[str, list[firewall.Finding]] = {}
     able: dict[str, frozenset[str]] = {}
     limits = Limits(max_missing, max_loss, max_reprojection)
@@ -75,6 +76,7 @@ def ingest(
         try:
             take = take_of(clip, tracker, read)
         except MimelineError as error:
+            errors[clip.clip_id] = error
             rule = "no_tracking_result" if isinstance(error, NoSuchFile) else "unreadable"
             decisions.fail(clip.clip_id, rule, detail=str(error))
             continue
@@ -86,7 +88,8 @@ def ingest(
         able[clip.clip_id] = firewall.tells(take)
         if _judge(clip, take, found[clip.clip_id], limits, decisions):
             takes[clip.clip_id] = fitted(clip, take)
-    if fault := firewall.systemic(found, able, tracker.folder, format):
+    fault = firewall.unreadable_alike(errors, len(table), tracker.folder)
+    if fault := fault or firewall.systemic(found, able, tracker.folder, format):
         raise fault
 
     table = table[table["clip_id"].isin(list(takes))].copy()

@@ -56,6 +56,8 @@ def rows_of(path: Path, bad_values: str) -> pd.DataFrame:
 
 def _loaded(path: Path) -> Any:
     try:
+        if not path.is_file() and path.exists():  # a device has no end
+            raise BadFile(path, found="no plain file", expected="JSON", remedy="Name the file.")
         n_bytes = path.stat().st_size
         content = path.read_bytes() if n_bytes <= LARGEST else b""
         n_parts = sum(content.count(mark) for mark in (b",", b"[", b"{"))

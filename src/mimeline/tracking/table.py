@@ -186,7 +186,7 @@ def _check_kind(kind: pa.DataType, name: str, path: Path) -> None:
 
 def _plain(column: pa.ChunkedArray) -> pd.Series:
     """Numbers and truth values as floats, "" for null where there is one."""
-    series = column.cast(pa.float64()).to_pandas()
+    series = column.cast(pa.float64(), safe=False).to_pandas()  # integers beyond 2**53 are rounded
     if column.null_count:
         series = series.astype(object).mask(np.asarray(column.is_null()), "")
     return series

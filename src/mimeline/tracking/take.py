@@ -35,7 +35,7 @@ class Take:
     coefficients: other representations, named as in tables.COEFFICIENTS, each a table with its
     columns but clip_id and frame, row by row beside motion; NaN where a frame has none.
     origins: channel → how it was had. loss: what tracker_loss is ("the tracker's own"), empty where
-    there is none. first_frame: the number that the source gives to its first frame, where it counts.
+    there is none. first_frame: the number that the source gives to its first frame, if it counts.
     """
 
     motion: pd.DataFrame
