@@ -6,7 +6,7 @@ import pytest
 from mimeline.face.load import load_face
 from mimeline.face.model import Face, Joint
 from mimeline.face.motion import driver
-from mimeline.face.retarget import LEAST_QUALITY, MOST, retargeting
+from mimeline.face.retarget import LEAST_QUALITY, retargeting
 from mimeline.face.rotations import turned
 from mimeline.vocabulary import EXPRESSIONS
 
@@ -118,8 +118,9 @@ def test_rows_without_numbers_stay_without(face):
 
 def test_no_coefficient_leaves_its_bounds(from_ict, ict):
     wild = np.random.default_rng(1).normal(0, 2, (200, len(ict.shape_names)))
-    found = from_ict.coefficients(wild)[:, from_ict.possible]
-    assert found.min() >= 0 and found.max() <= MOST
+    for most in (1.0, 1.05):
+        found = from_ict.coefficients(wild, most)[:, from_ict.possible]
+        assert found.min() == 0 and found.max() == most
 
 
 def test_the_same_faces_give_the_same_way(face):
@@ -168,7 +169,7 @@ def test_icts_channels_are_found_again_on_the_embedded_face(ict, face, from_ict,
     ):
         assert found[name] > 0.8, name
     for name in ("eyeWideRight", "mouthSmileLeft", "mouthStretchRight", "eyeSquintLeft"):
-        assert found[name] > 0.5, name
+        assert found[name] > 0.6, name
     assert "tongueOut" not in found  # ICT has none
 
 

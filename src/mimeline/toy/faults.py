@@ -2,16 +2,20 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
-from mimeline.toy.livelink import SHAPES
+from mimeline.archives.torch_saved import read_saved, write_saved
 from mimeline.toy.plan import FPS, Event, PlannedClip
+from mimeline.tracking.livelink import SHAPES
+from mimeline.tracking.metrical_tracker import CHECKPOINT
 
 OUTSIDE = "../../outside"
 LOST_SHARE, ABSENT_FRAMES = 0.25, 9
 SKIPPED = 0.35  # chance of a frame to be missing from a video of variable rate
 STORED = 0.4  # share of its bytes that a video keeps which is cut off
+HOSTILE = b"cposix\nsystem\n(S'true'\ntR."  # a pickle that calls a program
 PAGE = b"""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>Video unavailable</title></head>
 <body><h1>This video is no longer available</h1><p>The account behind it was closed.</p></body>
@@ -24,9 +28,11 @@ class Fault:
     """A fault, the stage that ought to decide on it and the status that it ought to give.
 
     planned: changes the plan of the clip. written: changes the text of its Live Link file, lines
-    with the header first; None: leaves the file out. needs_video: there is one whatever the share
-    of clips that have. covered: something hides the face where the file lacks rows. shown: which
-    frames the video has, of so many. stored: changes the bytes of its file.
+    with the header first; None: leaves the file out. framed: spoils the clip's folder of .frame
+    files, which holds the rows (n,) bool that the Live Link file has whole. needs_video: there is
+    one whatever the share of clips that have. covered: something hides the face where the file
+    lacks rows. shown: which frames the video has, of so many. stored: changes the bytes of its
+    file.
     """
 
     name: str
@@ -34,6 +40,7 @@ class Fault:
     status: str
     planned: Callable[[PlannedClip], PlannedClip] = lambda clip: clip
     written: Callable[[list[str], np.random.Generator], list[str]] | None = lambda lines, rng: lines
+    framed: Callable[[Path, np.ndarray], None] = lambda folder, tracked: None
     needs_video: bool = False
     covered: bool = False
     shown: Callable[[int, np.random.Generator], np.ndarray] = lambda n, rng: np.arange(n)
@@ -90,6 +97,27 @@ def _cut_off(lines: list[str]) -> list[str]:
     return [*lines[:half], lines[half][: len(lines[half]) // 2]]
 
 
+def _frame(folder: Path, number: int) -> Path:
+    return folder / CHECKPOINT / f"{number:05d}.frame"
+
+
+def _hostile_frame(folder: Path, tracked: np.ndarray) -> None:
+    _frame(folder, 0).write_bytes(HOSTILE)
+
+
+def _frame_without_number(folder: Path, tracked: np.ndarray) -> None:
+    number = int(tracked.argmin())
+    content = read_saved(_frame(folder, int(tracked.argmax())), remedy="")
+    content["flame"]["exp"] = np.full_like(content["flame"]["exp"], np.nan)
+    write_saved(_frame(folder, number), content | {"frame_id": f"{number:05d}"})
+
+
+def _frame_cut_off(folder: Path, tracked: np.ndarray) -> None:
+    last = int(np.flatnonzero(tracked)[-1])
+    content = _frame(folder, last).read_bytes()
+    _frame(folder, last + 1).write_bytes(content[: len(content) // 2])
+
+
 def _deserted(clip: PlannedClip) -> PlannedClip:
     return replace(clip, deserted=True, talks=False)
 
@@ -129,7 +157,9 @@ FAULTS: tuple[Fault, ...] = (
     Fault("too_short", "select", "dropped", planned=_lasting(3.4)),
     Fault("unsafe_id", "catalogue", "failed", planned=lambda clip: replace(clip, clip_id=OUTSIDE)),
     Fault("rows_absent", "ingest", "kept", written=_absent(lambda n: ABSENT_FRAMES)),
-    Fault("no_header", "ingest", "failed", written=lambda lines, rng: lines[1:]),
+    Fault(
+        "no_header", "ingest", "failed", written=lambda lines, rng: lines[1:], framed=_hostile_frame
+    ),
     Fault("video_variable_rate", "fetch", "kept", needs_video=True, shown=_skipping),
     Fault("video_is_a_page", "fetch", "failed", needs_video=True, stored=lambda film: PAGE),
     Fault("too_long", "select", "dropped", planned=_lasting(12.7)),
@@ -143,11 +173,17 @@ FAULTS: tuple[Fault, ...] = (
         ),
         needs_video=True,
     ),
-    Fault("text_cell", "ingest", "failed", written=_cell("n/a")),
+    Fault("text_cell", "ingest", "failed", written=_cell("n/a"), framed=_frame_without_number),
     Fault("too_small", "select", "dropped", planned=_small),
     Fault("missing_file", "ingest", "failed", written=None),
-    Fault("truncated", "ingest", "failed", written=lambda lines, rng: _cut_off(lines)),
-    Fault("nan_cell", "ingest", "failed", written=_cell("nan")),
+    Fault(
+        "truncated",
+        "ingest",
+        "failed",
+        written=lambda lines, rng: _cut_off(lines),
+        framed=_frame_cut_off,
+    ),
+    Fault("nan_cell", "ingest", "failed", written=_cell("nan"), framed=_frame_without_number),
     Fault("excluded_action", "select", "dropped", planned=_doing("shake_head")),
     Fault("excluded_action", "select", "dropped", planned=_doing("head_wagging")),
 )

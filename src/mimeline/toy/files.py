@@ -10,7 +10,7 @@ import pandas as pd
 
 from mimeline import tables
 from mimeline.progress import told
-from mimeline.toy import faults, livelink, plan, video
+from mimeline.toy import faults, frame_files, livelink, plan, video
 from mimeline.toy.appearance import appearance
 from mimeline.toy.faults import Fault
 from mimeline.toy.plan import Person, PlannedClip
@@ -42,11 +42,14 @@ def make(
     seed: int,
     video_share: float,
     video_px: int,
+    tracker: str = "livelink",
 ) -> None:
     """Write a world with faults: data as it would be published, truth for the evaluation alone.
 
     data: celebvtext_info.json, annotations.json, livelink/<clip_id>.csv, head_pose.csv,
-    videos/<clip_id>.mp4. truth: frames.parquet, intervals.parquet, faults.csv.
+    videos/<clip_id>.mp4; with tracker "metrical_tracker" in place of the CSV files
+    metrical_tracker/<clip_id>/checkpoint/<frame>.frame and face_model.npz. truth: frames.parquet,
+    intervals.parquet, faults.csv.
     video_share: how many of the clips have a video; those with a fault that is to be seen have
     one too, but 0 makes none. video_px: edge of the picture. Deterministic in the seed.
     """
@@ -55,12 +58,14 @@ def make(
     planned, planted = plan.clips(clips, crowd, seed), faults.spread(clips, rng, video_share > 0)
     planned = [planted[i].planned(c) if i in planted else c for i, c in enumerate(planned)]
     world = render(planned, crowd, seed)
-    (data / "livelink").mkdir(parents=True, exist_ok=True)
+    (data / tracker).mkdir(parents=True, exist_ok=True)
     truth.mkdir(parents=True, exist_ok=True)
     _write_json(data / "celebvtext_info.json", _info(planned))
     _write_json(data / "annotations.json", _annotations(world))
     faulty = {planned[position].clip_id: fault for position, fault in planted.items()}
-    tracked = _takes(data / "livelink", world, faulty, rng)
+    tracked = _takes(data / tracker, world, faulty, rng)
+    if tracker == frame_files.FOLDER:
+        frame_files.write_face(data / frame_files.FACE)
     if video_share > 0:
         _videos(data / "videos", world, faulty, tracked, crowd, seed, video_share, video_px)
     _head_pose(_visible(world), rng).to_csv(
@@ -77,7 +82,7 @@ def make(
 def _takes(
     folder: Path, world: World, faulty: dict[str, Fault], rng: np.random.Generator
 ) -> dict[str, np.ndarray]:
-    """Write the Live Link takes. Returns for each clip which frames its file has, (n_frames,)."""
+    """Write the tracking results. Returns for each clip which frames they have, (n_frames,)."""
     motion, tracked = dict(iter(world.motion.groupby("clip_id"))), {}
     for clip in world.clips:
         fault = faulty.get(clip.clip_id, FAULTLESS)
@@ -86,6 +91,11 @@ def _takes(
         lines = livelink.lines(motion[clip.clip_id], start=livelink.timecode_start(rng))
         written = fault.written(lines, rng)
         tracked[clip.clip_id] = np.isin(lines[1:], written)
+        if folder.name == frame_files.FOLDER:
+            place = folder / clip.clip_id
+            frame_files.write_takes(place, motion[clip.clip_id], tracked[clip.clip_id])
+            fault.framed(place, tracked[clip.clip_id])
+            continue
         path = folder / f"{clip.clip_id}.csv"
         path.write_text("\n".join(written) + "\n", encoding="utf-8", newline="")
     return tracked

@@ -69,13 +69,23 @@ def test_a_file_without_colours_is_a_face_too(tmp_path):
     [
         {"exBase": None},
         {"meanshape": np.zeros((1, 300))},
+        {"meanshape": np.zeros((0, 0))},
         {"exBase": np.zeros((30, 64))},
         {"tri": np.array([[0.0, 1, 2]])},  # counted from 0
         {"keypoints": np.arange(1.0, 60)[None]},
         {"meanshape": np.full((1, 3 * len(embedded_face().neutral)), np.nan)},
         {"meantex": np.zeros((1, 7))},
     ],
-    ids=["no expressions", "flat", "other length", "from 0", "59 points", "NaN", "colours"],
+    ids=[
+        "no expressions",
+        "flat",
+        "empty",
+        "other length",
+        "from 0",
+        "59 points",
+        "NaN",
+        "colours",
+    ],
 )
 def test_what_is_not_whole_is_refused(tmp_path, change):
     with pytest.raises(BadFile):

@@ -34,7 +34,6 @@ def from_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> Face:
     flat = np.asarray(arrays["meanshape"]).reshape(-1)
     V = len(flat) // 3
     neutral = fitted("meanshape", flat, np.float32, (3 * V,)).reshape(V, 3)
-    neutral = neutral - neutral.mean(0)
     unit = metres_per_unit(path, neutral)
     people = fitted("idBase", arrays["idBase"], np.float32, (3 * V, None))
     expressions = fitted("exBase", arrays["exBase"], np.float32, (3 * V, None))
@@ -42,7 +41,7 @@ def from_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> Face:
     points = _from_0(arrays["keypoints"]).reshape(-1)
     landmarks = vertex_numbers("keypoints", points, np.int64, (68,), V)
     _refuse_turned(path, neutral[landmarks])
-    neutral = neutral * unit
+    neutral = (neutral - neutral.mean(0)) * unit
     joints, skin = head_only(neutral)
     return Face(
         neutral=neutral,
