@@ -87,7 +87,8 @@ def _with_expression(
 ) -> Channels:
     """Channels and origins with those that the expression tells, where nothing else does."""
     rest = tuple(name for name in EXPRESSIONS if name not in origins)
-    columns = [name for name in rows if name.startswith("exp") and _told(rows, [name])]
+    told = rows.notna().any()
+    columns = [name for name in rows.columns[told] if name.startswith("exp")]
     if not columns:
         origins |= dict.fromkeys(rest, Origin("expressions are not given", measured=False))
     elif face is None:
@@ -117,10 +118,18 @@ def _way(face: Path, names: tuple[str, ...]) -> tuple["Retargeting", int]:
     """
     from mimeline.face.retarget import retargeting  # compiled code, slow to import
 
-    source = load_face(face)
-    numbered = tuple(f"exp{number:03d}" for number in range(len(source.shape_names)))
     expected = "the face model that the coefficients are of"
-    remedy = "Give FLAME's generic_model.pkl; for the Basel Face Model, BFM_model_front.mat."
+    remedy = (
+        "Correct the format's key face (as ingest.flame.face): FLAME's generic_model.pkl, for the "
+        "Basel Face Model BFM_model_front.mat."
+    )
+    try:
+        source = load_face(face)
+    except BadFile as error:
+        raise BadFile(
+            face, place=error.place, found=error.found, expected=error.expected, remedy=remedy
+        ) from error
+    numbered = tuple(f"exp{number:03d}" for number in range(len(source.shape_names)))
     if not numbered or source.shape_names != numbered:
         found = f"shapes {', '.join(source.shape_names[:3]) or 'none'} ..."
         raise BadFile(face, found=found, expected=expected, remedy=remedy)
