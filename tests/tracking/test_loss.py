@@ -20,55 +20,6 @@ def take() -> Take:
     return Take(assemble(np.arange(FRAMES), valid, channels, 0.9, Path("a.csv")), Fraction(25))
 
 
-@pytest.fixture
-def film() -> tuple[np.ndarray, np.ndarray]:
-    """Landmarks before a camera of 800 pixels, 120 of them between the eyes' outer corners."""
-    rng = np.random.default_rng(0)
-    face = rng.normal(0, 40, (68, 3))
-    face[36], face[45] = (-45, -30, 0), (45, -30, 0)
-    there = face + rng.normal(0, 5, (FRAMES, 1, 3)) + [0, 0, 600]
-    seen = 800 * there[..., :2] / there[..., 2:] + [320, 240]
-    return seen, there
-
-
-def test_landmarks_that_fit_leave_no_error_whatever_the_camera(film):
-    seen, there = film
-    for camera in (1.0, 0.5):
-        assert loss.reprojection_error(camera * seen - 17, there).max() < 1e-9
-
-
-def test_a_frame_that_is_off_stands_out_and_does_not_move_the_camera(film):
-    seen, there = film
-    seen[7] += [9, -12]
-    errors = loss.reprojection_error(seen, there)
-    assert errors[7] == pytest.approx(15 / np.linalg.norm(seen[7, 36] - seen[7, 45]), rel=0.01)
-    assert np.delete(errors, 7).max() < 1e-3
-
-
-def test_noise_comes_out_in_distances_between_the_eyes(film):
-    seen, there = film
-    noisy = seen + np.random.default_rng(1).normal(0, 2, seen.shape)
-    assert np.median(loss.reprojection_error(noisy, there)) == pytest.approx(
-        2 * np.sqrt(2) / 120, rel=0.1
-    )
-
-
-def test_a_missing_point_or_one_behind_the_camera_leaves_a_frame_without_error(film):
-    seen, there = film
-    seen[3, 20, 1], there[5, 60, 2], there[6, 0, 2] = np.nan, np.nan, -1
-    errors = loss.reprojection_error(seen, there)
-    assert np.flatnonzero(np.isnan(errors)).tolist() == [3, 5, 6]
-    assert np.isnan(loss.reprojection_error(seen * np.nan, there)).all()
-    assert np.isnan(loss.reprojection_error(seen * 0, there)).all()
-
-
-def test_openface_says_nothing_by_its_own_landmarks(real_data):
-    table = pd.read_csv(real_data / "openface" / "OpenFace_Test.csv", skipinitialspace=True)
-    points = [[f"{axis}_{number}" for axis in "xyXYZ"] for number in range(68)]
-    points = np.stack([table[names].to_numpy() for names in points], axis=1)  # (n, 68, 5)
-    assert loss.reprojection_error(points[..., :2], points[..., 2:]).max() < 1e-5
-
-
 def test_a_table_beside_a_file_tells_the_loss(take, tmp_path):
     path = tmp_path / "a.b.csv"
     (tmp_path / "a.b.loss.csv").write_text("loss, frame\n0.5,3\n\n 0.25,0\n,1\nnan,4\n")

@@ -1,7 +1,7 @@
 """The failsafe of Höll 2024, 5.1, rule 4: a clip goes where a frame's tracking loss is too large.
 
-The loss is the tracker's own, told beside its result, else how far its landmarks lie from where
-its 3-D landmarks would be seen.
+The loss is the tracker's own, told beside its result, else how far the landmarks that it found in
+the picture lie from where its head has them (reprojection.py).
 """
 
 import csv
@@ -18,49 +18,9 @@ from mimeline.tracking.take import Take
 
 OWN = "the tracker's own"
 REPROJECTION = "reprojection error of the landmarks"
-RIGHT_EYE, LEFT_EYE = 36, 45  # outer corners, iBUG
-ROUNDS = 20  # of reweighting
 MOST_BYTES = 1 << 28  # of a sidecar; metrical-tracker's log has some 1.5 kB a frame
 FRAME = re.compile("[0-9]{1,9}")
 LOGGED = re.compile(r"\[frame (\d{1,9})\] = .*\ball_loss=([^\s]{1,32})")
-
-
-def reprojection_error(points2d: np.ndarray, points3d: np.ndarray) -> np.ndarray:
-    """RMS distance per frame (n,) of 68 landmarks from where a camera would see them.
-
-    points2d (n, 68, 2): pixels, x right, y down. points3d (n, 68, 3): camera's axes, x right,
-    y down, +Z away. The camera, x = fx X / Z + cx and y likewise, is found from the take itself:
-    it has one for all frames, by least absolute deviations.
-    In distances between the outer corners of the eyes; NaN where a point is missing or not before
-    the camera.
-    """
-    points2d, points3d = np.asarray(points2d, float), np.asarray(points3d, float)
-    depth = points3d[..., 2]  # (n, 68)
-    known = np.isfinite(points2d).all((1, 2)) & np.isfinite(points3d).all((1, 2))
-    known &= (depth > 0).all(1)
-    errors = np.full(len(points2d), np.nan)
-    if not known.any():
-        return errors
-    seen = points2d[known]  # (m, 68, 2)
-    rays = points3d[known][..., :2] / depth[known][..., None]  # (m, 68, 2)
-    off = np.stack([_misfit(rays[..., axis], seen[..., axis]) for axis in (0, 1)], axis=-1)
-    between_eyes = np.linalg.norm(seen[:, LEFT_EYE] - seen[:, RIGHT_EYE], axis=-1)  # (m,)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        relative = np.sqrt((off**2).sum(-1).mean(-1)) / between_eyes
-    errors[known] = np.where(between_eyes > 0, relative, np.nan)
-    return errors
-
-
-def _misfit(ray: np.ndarray, seen: np.ndarray) -> np.ndarray:
-    """What focal length and centre leave over, (m, 68) pixels, by reweighted least squares."""
-    terms = np.stack([ray.ravel(), np.ones(ray.size)], axis=1)  # (68 m, 2)
-    weights = np.ones(len(terms))
-    least = 1e-6 * max(np.ptp(seen), 1.0)
-    for _ in range(ROUNDS):
-        camera = np.linalg.lstsq(terms * weights[:, None], seen.ravel() * weights, rcond=None)[0]
-        left = seen.ravel() - terms @ camera
-        weights = 1 / np.sqrt(np.maximum(np.abs(left), least))
-    return left.reshape(seen.shape)
 
 
 def sidecar(path: Path) -> pd.Series | None:

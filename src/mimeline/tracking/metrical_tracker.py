@@ -21,6 +21,8 @@ from mimeline.errors import BadFile, unreadable
 from mimeline.tracking.convention import Convention
 from mimeline.tracking.flame_take import EXPRESSION, joint, rotations_of, take_of
 from mimeline.tracking.kpt import landmarks_of
+from mimeline.tracking.loss import REPROJECTION
+from mimeline.tracking.reprojection import reprojection_error
 from mimeline.tracking.take import MOST_FRAMES, Origin, Take
 from mimeline.vocabulary import HEAD
 
@@ -32,7 +34,7 @@ OPENCV_FROM_PYTORCH3D = np.diag([-1.0, -1.0, 1.0])
 TOLERANCE = 1e-2  # of a rotation's entries, between the two cameras and from being a rotation
 PIXELS, FOCUS = 512, 5000 / 512  # of a picture's side; in halves of it, as the tracker begins with
 
-# What a frame tells → its shape, but for the leading 1.
+# What a frame tells → its shape, but for the leading 1; and what only its landmarks are held to.
 FIELDS: dict[str, tuple[int, ...]] = {
     "flame.exp": (len(EXPRESSION),),
     "flame.jaw": (6,),
@@ -41,10 +43,12 @@ FIELDS: dict[str, tuple[int, ...]] = {
     "camera.R": (6,),
     "opencv.R": (3, 3),
 }
-ENDS = np.cumsum([math.prod(shape) for shape in FIELDS.values()])
+SEEN = {"flame.shape": (300,), "opencv.t": (3,), "opencv.K": (3, 3)}
+FEWER = ("flame.exp", "flame.shape")  # a tracker may have less of them: the others rest
+ENDS = np.cumsum([math.prod(shape) for shape in (FIELDS | SEEN).values()])
 PLACES = {
     name: slice(end - math.prod(shape), end)
-    for (name, shape), end in zip(FIELDS.items(), ENDS, strict=True)
+    for (name, shape), end in zip((FIELDS | SEEN).items(), ENDS, strict=True)
 }
 REMEDY = (
     "Let the tracker make the frame anew (delete it and those after it, and start it again), or "
@@ -57,8 +61,8 @@ CONVENTION = Convention(
     files="a folder <name>, in it (or in checkpoint) 00000.frame, 00001.frame ...; beside them kpt "
     "and kpt_dense, the tracker's landmarks, where lost frames are to be known",
     coefficients="FLAME: flame.exp (1, 100), jaw (1, 6), eyes (1, 12: left, right), eyelids (1, 2: "
-    "left, right; 0 at rest, 1 closed); the camera: camera.R (1, 6) and opencv.R (1, 3, 3). shape, "
-    "tex, sh and the rest are left alone",
+    "left, right; 0 at rest, 1 closed); the camera: camera.R (1, 6) and opencv.R (1, 3, 3); for "
+    "a loss also flame.shape (1, 300), opencv.t (1, 3) and K (1, 3, 3). The rest is left alone",
     axes="of FLAME: +x to the subject's left, +y up, +z out of the face. opencv.R turns them into "
     "+x right, +y down, +z into the picture; camera.R into +x left, +y up, +z in",
     rotation="six numbers: the first two rows of the matrix. camera.R is for points as rows (p R), "
@@ -96,17 +100,22 @@ def holds(path: Path) -> bool:
 def read(path: Path, fps: str, face: Path | None, bad_values: str) -> Take:
     """Read the frames of a clip; a number without a file is a gap.
 
-    fps: that the tracker worked at. face: the user's FLAME file, or None. bad_values: "fail" or
-    "mask", of numbers that are none and of files that cannot be read.
+    fps: that the tracker worked at. face: the user's FLAME file, or None; with it and landmarks in
+    kpt, these have a loss. bad_values: "fail" or "mask", of numbers that are none and of files that
+    cannot be read.
     Raises BadFile, with the file, for what is no such frame, or where the cameras disagree.
     """
     files = _files(path)
-    told = np.full((len(files), ENDS[-1]), np.nan)
+    numbers = np.array(list(files))
+    home = path.parent if path.name == CHECKPOINT else path
+    landmarks, lost = landmarks_of(home, numbers, bad_values)
+    fields = FIELDS if landmarks is None or face is None else FIELDS | SEEN
+    told = np.full((len(files), PLACES[list(fields)[-1]].stop), np.nan)
     readable = np.ones(len(files), bool)
     failure = None
     for row, (number, file) in enumerate(files.items()):
         try:
-            _take_over(told[row], read_saved(file, REMEDY), number, file)
+            _take_over(told[row], read_saved(file, REMEDY), number, file, fields)
         except BadFile as error:
             if bad_values == "fail":
                 raise
@@ -114,9 +123,6 @@ def read(path: Path, fps: str, face: Path | None, bad_values: str) -> Take:
     if not readable.any():
         raise failure
     head, source = _heads(told, readable, list(files.values()), bad_values)
-    numbers = np.array(list(files))
-    home = path.parent if path.name == CHECKPOINT else path
-    landmarks, lost = landmarks_of(home, numbers, bad_values)
     take = take_of(
         _rows(told, head),
         numbers,
@@ -128,12 +134,14 @@ def read(path: Path, fps: str, face: Path | None, bad_values: str) -> Take:
         first_frame=int(numbers[0]),
     )
     origins = dict(take.origins) | dict.fromkeys(HEAD, Origin(f"{source}, the head at rest"))
+    take = replace(take, origins=origins)
     if landmarks is None:
-        return replace(take, origins=origins)
+        return take
+    if fields is not FIELDS:
+        take = _with_loss(take, told, numbers, landmarks, face)
     landmarks = landmarks.set_index(numbers).reindex(pd.RangeIndex(len(take.motion)))
     landmarks[~take.motion["valid"].to_numpy()] = np.nan
-    coefficients = dict(take.coefficients) | {"landmarks": landmarks}
-    return replace(take, origins=origins, coefficients=coefficients)
+    return replace(take, coefficients=dict(take.coefficients) | {"landmarks": landmarks})
 
 
 def write(
@@ -221,8 +229,14 @@ def _files(path: Path) -> dict[int, Path]:
     return dict(sorted(files.items()))
 
 
-def _take_over(told: np.ndarray, content: Mapping, number: int, file: Path) -> None:
-    """Fill told, a row of PLACES, with what a frame tells; NaN is left where it tells nothing."""
+def _take_over(
+    told: np.ndarray,
+    content: Mapping,
+    number: int,
+    file: Path,
+    fields: Mapping[str, tuple[int, ...]],
+) -> None:
+    """Fill told, a row of PLACES, with the fields of a frame; NaN is left where it lacks one."""
     frame_id = content.get("frame_id", number)
     if str(frame_id)[:20].lstrip("0") != str(number).lstrip("0"):
         raise BadFile(
@@ -233,7 +247,7 @@ def _take_over(told: np.ndarray, content: Mapping, number: int, file: Path) -> N
             remedy="Give the file its own name back. Frames count from 0; the pictures beside "
             "them from 1, and from begin_frames on where the tracker skipped some.",
         )
-    for name, shape in FIELDS.items():
+    for name, shape in fields.items():
         group, _, field = name.partition(".")
         values = content[group].get(field) if isinstance(content.get(group), dict) else None
         if values is None and name != "flame.exp":
@@ -241,12 +255,12 @@ def _take_over(told: np.ndarray, content: Mapping, number: int, file: Path) -> N
         if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiu":
             _refuse(file, name, "nothing" if values is None else "no numbers", shape)
         found = values.shape[1:] if values.ndim > len(shape) else values.shape
-        fewer = name == "flame.exp" and len(found) == 1 and 0 < found[0] < shape[0]
+        fewer = name in FEWER and len(found) == 1 and 0 < found[0] < shape[0]
         if values.size != math.prod(found) or (found != shape and not fewer):
             _refuse(file, name, str(values.shape), shape)
         if not np.isfinite(values).all():
             _refuse(file, name, "a NaN or infinity", shape)
-        told[PLACES[name]] = 0  # a tracker with fewer expressions has no others
+        told[PLACES[name]] = 0
         told[PLACES[name]][: values.size] = values.ravel()
 
 
@@ -294,6 +308,28 @@ def _are_rotations(matrices: np.ndarray) -> np.ndarray:
     with np.errstate(invalid="ignore", over="ignore"):
         off = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
         return (off < TOLERANCE) & (np.linalg.det(matrices) > 0)
+
+
+def _with_loss(
+    take: Take, told: np.ndarray, numbers: np.ndarray, landmarks: pd.DataFrame, face: Path
+) -> Take:
+    """The take with how far the landmarks lie from the head's, where the files tell enough."""
+
+    def of(name: str) -> np.ndarray:
+        return told[:, PLACES[name]].reshape(len(told), *(FIELDS | SEEN)[name])
+
+    errors = reprojection_error(
+        face,
+        of("flame.shape"),
+        of("flame.exp"),
+        _matrices(of("flame.jaw")),
+        *(of(f"opencv.{name}") for name in ("R", "t", "K")),
+        landmarks.to_numpy().reshape(-1, 2, 68).transpose(0, 2, 1),
+    )
+    if np.isnan(errors).all():
+        return take
+    losses = pd.Series(errors, numbers).reindex(take.motion["frame"]).to_numpy()
+    return replace(take, motion=take.motion.assign(tracker_loss=losses), loss=REPROJECTION)
 
 
 def _rows(told: np.ndarray, head: np.ndarray) -> pd.DataFrame:

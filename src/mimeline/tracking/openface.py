@@ -7,9 +7,10 @@ onto one another with the line through the eyes along +X and the chin down (resi
 sign turned 0.38 mm and more). The gaze is told in the same axes: eye 0, leftmost in the picture,
 looks to the picture's right and eye 1 to its left, as eyes do that meet on the camera.
 
-OpenFace puts its landmarks into space by back-projecting those of the picture (GetShape: X =
-Z (x - cx) / fx), so their reprojection error is what rounding leaves, 6e-6 in that table: as a
-tracking loss it finds tables whose landmarks were altered, never a face that was lost.
+A take has no tracking loss. OpenFace puts its landmarks into space by back-projecting those of the
+picture (GetShape: X = Z (x - cx) / fx), so that what they are off by when seen again is rounding,
+6e-6 eye distances in that table, however lost the face: a rule on it would look applied and never
+fire.
 """
 
 import logging
@@ -26,7 +27,6 @@ from mimeline.tables import COEFFICIENTS
 from mimeline.tracking import action_units
 from mimeline.tracking.columns import angles, header_of, numbers, read_columns
 from mimeline.tracking.convention import Convention
-from mimeline.tracking.loss import REPROJECTION, reprojection_error
 from mimeline.tracking.take import MOST_FRAMES, Origin, Take, assemble
 
 log = logging.getLogger(__name__)
@@ -37,7 +37,6 @@ POSE = ("pose_Rx", "pose_Ry", "pose_Rz")
 EYES = tuple(tuple(f"gaze_{eye}_{axis}" for axis in "xyz") for eye in (0, 1))
 GAZE_ANGLES = ("gaze_angle_x", "gaze_angle_y")
 PICTURE = tuple(f"{axis}_{point}" for axis in "xy" for point in range(68))
-SPACE = tuple(f"{axis}_{point}" for axis in "XYZ" for point in range(68))
 UNITS = tuple(COEFFICIENTS["action_units"].schema.names[2:])
 FROM_CAMERA = np.diag([1.0, -1.0, -1.0])  # camera's axes → subject's, and back
 
@@ -52,8 +51,8 @@ CONVENTION = Convention(
     sides="action units have none; eye 0 is leftmost in the picture, the subject's right",
     first_frame=1,
     gap="success is 0; a number that is -nan(ind) is missing",
-    never="which side of the face an action unit is on; tongue, cheeks, jaw to the sides; a loss "
-    "that tells lost faces: its landmarks in space are those of the picture, put into depth",
+    never="which side of the face an action unit is on; tongue, cheeks, jaw to the sides; a loss: "
+    "its landmarks in space are those of the picture, put into depth, and agree with them always",
     evidence="order and signs of the pose: a real table's landmarks in space, turned back by it; "
     "gaze: the same table, in which both eyes meet near the camera",
     meanings={
@@ -93,9 +92,7 @@ def read(path: Path, bad_values: str, fps: str) -> Take:
 
     used = [c for c in (*POSE, *EYES[0], *EYES[1], *GAZE_ANGLES, *UNITS) if c in table]
     seen, bad = _numbers(table[success], used, path, bad_values)
-    points, _ = _numbers(
-        table[success], [c for c in (*PICTURE, *SPACE) if c in table], path, bad_values
-    )
+    points, _ = _numbers(table[success], [c for c in PICTURE if c in table], path, bad_values)
     intensities = [name for name in UNITS if name in seen and name.endswith("_r")]
     within, n_outside = action_units.clipped(seen[intensities])
     seen = seen.assign(**within)
@@ -117,13 +114,8 @@ def read(path: Path, bad_values: str, fps: str) -> Take:
     clock = pd.RangeIndex(len(motion))
     good = valid[success]
     seen, points = (rows[good].set_axis(index[valid]) for rows in (seen, points))
-    loss = ""
-    if {*PICTURE, *SPACE} <= set(points):
-        loss = REPROJECTION
-        error = reprojection_error(_points(points, PICTURE), _points(points, SPACE))
-        motion["tracker_loss"] = pd.Series(error, points.index).reindex(clock)
     coefficients = _coefficients(seen, points, clock)
-    return Take(motion, Fraction(fps), coefficients, origins, loss, first_frame)
+    return Take(motion, Fraction(fps), coefficients, origins, first_frame=first_frame)
 
 
 def _frames(number: pd.Series, path: Path) -> tuple[int, np.ndarray]:
@@ -223,9 +215,3 @@ def _coefficients(
         for name, rows in (("action_units", seen), ("landmarks", flat))
         if rows.columns.isin(COEFFICIENTS[name].schema.names).any()
     }
-
-
-def _points(rows: pd.DataFrame, columns: tuple[str, ...]) -> np.ndarray:
-    """Landmarks (n, 68, 2 or 3) of columns that hold one coordinate after the other."""
-    flat = rows[list(columns)].to_numpy()  # (n, 136 or 204)
-    return flat.reshape(len(rows), -1, 68).transpose(0, 2, 1)
