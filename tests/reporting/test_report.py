@@ -3,8 +3,8 @@ from html.parser import HTMLParser
 
 import pytest
 
-from mimeline.errors import BadFile
 from mimeline import tables
+from mimeline.errors import BadFile
 from mimeline.reporting.report import report
 
 HOSTILE = "<script>alert(1)</script>\"'&}}{{ 7 * 7 }}"

@@ -151,7 +151,9 @@ def test_the_result_of_mirrored_pictures_is_put_right(run, livelink_rows, tmp_pa
 
 
 def test_every_channel_has_a_row_that_tells_how_it_was_had(run, livelink_rows, tmp_path):
-    livelink_rows.drop(columns=["TongueOut", "BlendShapeCount"]).to_csv(tmp_path / "a.csv", index=False)
+    livelink_rows.drop(columns=["TongueOut", "BlendShapeCount"]).to_csv(
+        tmp_path / "a.csv", index=False
+    )
     run([clip("a", 0, 5 / 30)])
     origins = tables.read(tables.ORIGINS, tmp_path / "origins.parquet").set_index("channel")
     assert origins["measured"].sum() == 56

@@ -23,7 +23,7 @@ def take() -> Take:
 def test_a_table_beside_a_file_tells_the_loss(take, tmp_path):
     path = tmp_path / "a.b.csv"
     (tmp_path / "a.b.loss.csv").write_text("loss, frame\n0.5,3\n\n 0.25,0\n,1\nnan,4\n")
-    told = loss.with_loss(take, path)
+    told = loss.with_loss(take, path, None)
     assert told.loss == loss.OWN
     assert told.motion["tracker_loss"].head(5).fillna(-1).tolist() == [0.25, -1, -1, 0.5, np.inf]
     assert told.motion["tracker_loss"].isna().sum() == FRAMES - 3
@@ -31,16 +31,17 @@ def test_a_table_beside_a_file_tells_the_loss(take, tmp_path):
 
 def test_a_table_in_a_folder_wins_over_the_trackers_log(take, tmp_path):
     (tmp_path / "train.log").write_text("... - Color [frame 0000] = a=1 all_loss=7.0\n")
-    assert loss.with_loss(take, tmp_path).motion["tracker_loss"][0] == 7
+    assert loss.with_loss(take, tmp_path, None).motion["tracker_loss"][0] == 7
     (tmp_path / "loss.csv").write_text("frame,loss\n0,0.5\n")
-    assert loss.with_loss(take, tmp_path).motion["tracker_loss"][0] == 0.5
+    assert loss.with_loss(take, tmp_path, None).motion["tracker_loss"][0] == 0.5
 
 
 def test_without_a_sidecar_a_loss_from_landmarks_stays(take, tmp_path):
     known = replace(take, loss=loss.REPROJECTION, motion=take.motion.assign(tracker_loss=0.01))
-    assert loss.with_loss(known, tmp_path / "a.csv") is known
+    assert loss.with_loss(known, tmp_path / "a.csv", 0.7) is known
     (tmp_path / "a.loss.csv").write_text("frame,loss\n0,0.5\n")
-    told = loss.with_loss(known, tmp_path / "a.csv")
+    assert loss.with_loss(known, tmp_path / "a.csv", None) is known  # its own has no limit
+    told = loss.with_loss(known, tmp_path / "a.csv", 0.7)
     assert told.loss == loss.OWN
     assert told.motion["tracker_loss"].notna().sum() == 1
 
@@ -58,7 +59,7 @@ def test_metrical_trackers_log_tells_the_last_word_on_a_frame(take, tmp_path, fo
         )
     (tmp_path / "train.log").write_text("".join(LOG.format(line=line) for line in lines))
     (tmp_path / "checkpoint").mkdir()
-    losses = loss.with_loss(take, tmp_path / folder).motion["tracker_loss"]
+    losses = loss.with_loss(take, tmp_path / folder, None).motion["tracker_loss"]
     assert losses[0] == 1.5
     assert losses[1] == np.inf  # a loss that came to nothing breaks any limit
     assert losses[2:].isna().all()
@@ -89,7 +90,7 @@ def test_a_log_without_a_loss_is_none(tmp_path):
 def test_a_sidecar_that_does_not_fit_is_refused(take, tmp_path, text, place):
     (tmp_path / "a.loss.csv").write_text(text)
     with pytest.raises(MimelineError, match=place):
-        loss.with_loss(take, tmp_path / "a.csv")
+        loss.with_loss(take, tmp_path / "a.csv", None)
 
 
 def test_a_sidecar_without_its_columns_or_in_bytes_is_refused(take, tmp_path):
@@ -113,7 +114,7 @@ def test_a_sidecar_beyond_all_bounds_is_refused_before_it_is_read(tmp_path, monk
 
 def test_one_frame_more_than_were_written_is_no_fault(take, tmp_path):
     (tmp_path / "a.loss.csv").write_text(f"frame,loss\n{FRAMES},0.5\n{FRAMES - 1},0.25\n")
-    assert loss.with_loss(take, tmp_path / "a.csv").motion["tracker_loss"].iloc[-1] == 0.25
+    assert loss.with_loss(take, tmp_path / "a.csv", None).motion["tracker_loss"].iloc[-1] == 0.25
 
 
 def with_losses(take: Take, kind: str, **at: float) -> Take:

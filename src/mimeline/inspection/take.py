@@ -27,7 +27,9 @@ def inspect_take(path: Path, format: str, options: Options) -> Inspection:
     tracker = options.tracker(format)
     seen = Inspection(path, tracker.reader.convention.title, numbers={"format": format})
     try:
-        take = firewall.without_lost(loss.with_loss(tracker.read(path), path))
+        take = firewall.without_lost(
+            loss.with_loss(tracker.read(path), path, options.ingest["max_loss"])
+        )
     except MimelineError as error:
         seen.error = str(error)
         return seen

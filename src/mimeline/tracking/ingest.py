@@ -69,7 +69,8 @@ def ingest(
 
     @lru_cache(maxsize=1)
     def read(path: Path) -> Take:
-        take = firewall.without_lost(loss.with_loss(tracker.read(path), path))
+        take = loss.with_loss(tracker.read(path), path, max_loss)
+        take = firewall.without_lost(take)
         return take.mirrored() if mirrored else take
 
     for clip in table.itertuples():

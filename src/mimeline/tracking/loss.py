@@ -110,14 +110,16 @@ def _refuse_large(path: Path, expected: str, remedy: str) -> None:
         )
 
 
-def with_loss(take: Take, path: Path) -> Take:
+def with_loss(take: Take, path: Path, max_loss: float | None) -> Take:
     """The take with the tracker's own loss, where a sidecar of the take at path tells it.
 
-    It wins over a loss that was worked out from landmarks. A frame that it leaves
-    out or leaves blank has none.
+    A column of the take's wins over it; so does what was worked out from landmarks, unless the
+    tracker's own has a limit. A frame that it leaves out or leaves blank has none.
     Raises BadFile where it tells more frames than the take has; one more is right, since a tracker
     that is stopped has logged a frame which it did not write.
     """
+    if take.loss and (take.loss != REPROJECTION or max_loss is None):
+        return take
     told = sidecar(path)
     if told is None:
         return take
