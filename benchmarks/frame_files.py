@@ -22,7 +22,7 @@ import torch
 from mimeline.archives.torch_saved import read_saved
 from mimeline.face.rotations import turned
 from mimeline.tables import COEFFICIENTS
-from mimeline.tracking import metrical_tracker
+from mimeline.tracking.formats import metrical_tracker
 
 TARGET = 1_500  # files a second
 

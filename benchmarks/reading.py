@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from mimeline.tracking import livelink
+from mimeline.tracking.formats import livelink
 from mimeline.vocabulary import CHANNELS
 
 LIMIT = 100_000  # frames per second

@@ -13,8 +13,8 @@ import pandas as pd
 import scipy.io
 
 from mimeline.archives.torch_saved import read_saved
-from mimeline.tracking import sixdrepnet
 from mimeline.tracking.convention import Convention
+from mimeline.tracking.formats import sixdrepnet
 from mimeline.tracking.readers import READERS
 from mimeline.vocabulary import CHANNELS
 

@@ -7,8 +7,8 @@ import pytest
 from mimeline import tables
 from mimeline.clips.pose import compared, mask_turned, pose
 from mimeline.errors import BadFile, MimelineError
-from mimeline.tracking import livelink
-from mimeline.tracking.sixdrepnet import read_sixdrepnet
+from mimeline.tracking.formats import livelink
+from mimeline.tracking.formats.sixdrepnet import read_sixdrepnet
 
 
 def angles(clips: dict[str, list[float]]) -> pd.DataFrame:

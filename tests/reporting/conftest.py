@@ -224,8 +224,7 @@ def _full(
     share[0] |= {"measured": 0.0, "mean": None, "std": None, "low": None, "high": None}
     share[1] |= {"low": 0.1, "high": 0.101}
     origins = [
-        {"channel": c, "measured": True, "origin": f"column {c}", "quality": None}
-        for c in CHANNELS
+        {"channel": c, "measured": True, "origin": f"column {c}", "quality": None} for c in CHANNELS
     ]
     origins[0] |= {"measured": False, "origin": "the tracker has no brows"}
     origins[2] |= {"origin": "expression through face.npz", "quality": 0.62}

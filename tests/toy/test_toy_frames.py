@@ -9,7 +9,7 @@ import pytest
 from mimeline.errors import MimelineError
 from mimeline.face.load import load_face
 from mimeline.toy import frame_files, make
-from mimeline.tracking import livelink, metrical_tracker
+from mimeline.tracking.formats import livelink, metrical_tracker
 from mimeline.vocabulary import CHANNELS
 
 PEOPLE, CLIPS, SEED = 4, 32, 5  # as many clips as every fault but the videos' needs

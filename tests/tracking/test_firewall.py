@@ -7,7 +7,8 @@ import pandas as pd
 import pytest
 
 from mimeline.errors import BadFile, MimelineError
-from mimeline.tracking import bfm, detectors, firewall, livelink, openface, pyfeat
+from mimeline.tracking import detectors, firewall
+from mimeline.tracking.formats import bfm, livelink, openface, pyfeat
 from mimeline.tracking.take import Take, assemble
 from mimeline.vocabulary import CHANNELS, EXPRESSIONS, HEAD
 

@@ -10,7 +10,7 @@ import pandas as pd
 from mimeline import tables
 from mimeline.errors import BadFile, MimelineError
 from mimeline.ledger import Ledger
-from mimeline.tracking.sixdrepnet import read_sixdrepnet
+from mimeline.tracking.formats.sixdrepnet import read_sixdrepnet
 from mimeline.vocabulary import HEAD
 
 log = logging.getLogger(__name__)

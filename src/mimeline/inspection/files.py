@@ -12,7 +12,7 @@ from mimeline.errors import MimelineError
 from mimeline.inspection.inspection import Inspection
 from mimeline.media.limits import Limits
 from mimeline.media.probe import probe
-from mimeline.tracking.sixdrepnet import read_sixdrepnet
+from mimeline.tracking.formats.sixdrepnet import read_sixdrepnet
 from mimeline.vocabulary import EXPRESSIONS, canonical
 
 GLANCE = 1 << 16  # bytes of a file that are looked at to tell what it is

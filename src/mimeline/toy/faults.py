@@ -8,8 +8,8 @@ import numpy as np
 
 from mimeline.archives.torch_saved import read_saved, write_saved
 from mimeline.toy.plan import FPS, Event, PlannedClip
-from mimeline.tracking.livelink import SHAPES
-from mimeline.tracking.metrical_tracker import CHECKPOINT
+from mimeline.tracking.formats.livelink import SHAPES
+from mimeline.tracking.formats.metrical_tracker import CHECKPOINT
 
 OUTSIDE = "../../outside"
 LOST_SHARE, ABSENT_FRAMES = 0.25, 9

@@ -18,8 +18,8 @@ from mimeline.face.formats.flame import JOINT_NAMES, N_IDENTITIES
 from mimeline.face.rotations import turned
 from mimeline.tables import AXES
 from mimeline.toy.livelink import VERGENCE
-from mimeline.tracking import metrical_tracker
-from mimeline.tracking.arkit import JAW_OPEN, JAW_SIDEWAYS
+from mimeline.tracking.formats import metrical_tracker
+from mimeline.tracking.formats.arkit import JAW_OPEN, JAW_SIDEWAYS
 from mimeline.vocabulary import EXPRESSIONS, HEAD
 
 FACE, FOLDER = "face_model.npz", "metrical_tracker"

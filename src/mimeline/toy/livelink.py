@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from mimeline.tracking import livelink
+from mimeline.tracking.formats import livelink
 
 BASE = 60  # what the timecode counts in, per second
 STEP = 2 - 0.00027  # 60ths between two frames at 30 fps: the phone's clock runs a little fast

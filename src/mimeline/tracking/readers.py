@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from mimeline.tracking import (
+from mimeline.tracking.convention import Convention
+from mimeline.tracking.formats import (
     bfm,
     emoca,
     flame,
@@ -16,7 +17,6 @@ from mimeline.tracking import (
     pyfeat,
     table,
 )
-from mimeline.tracking.convention import Convention
 from mimeline.tracking.take import Take
 
 

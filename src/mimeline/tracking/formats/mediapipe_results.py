@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from mimeline.errors import BadFile, unreadable
-from mimeline.tracking.columns import EXPRESSION_RANGE
+from mimeline.tracking.formats.columns import EXPRESSION_RANGE
 from mimeline.vocabulary import canonical
 
 LARGEST = 2**28  # bytes of a file: some four minutes of whole results with their landmarks

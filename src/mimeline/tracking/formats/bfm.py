@@ -17,8 +17,8 @@ from mimeline.archives import mat
 from mimeline.errors import BadFile, MimelineError
 from mimeline.face.rotations import angles_of
 from mimeline.tables import AXES
-from mimeline.tracking import arkit
 from mimeline.tracking.convention import Convention
+from mimeline.tracking.formats import arkit
 from mimeline.tracking.take import MOST_FRAMES, Origin, Take, assemble
 from mimeline.vocabulary import HEAD
 

@@ -8,7 +8,8 @@ import pandas as pd
 
 from mimeline import tables
 from mimeline.errors import BadFile, MissingColumn
-from mimeline.tracking.columns import (
+from mimeline.tracking.convention import Convention
+from mimeline.tracking.formats.columns import (
     all_origins,
     angles,
     by_channel,
@@ -18,7 +19,6 @@ from mimeline.tracking.columns import (
     numbers,
     read_columns,
 )
-from mimeline.tracking.convention import Convention
 from mimeline.tracking.take import MOST_FRAMES, Take, assemble
 from mimeline.vocabulary import EXPRESSIONS, canonical
 

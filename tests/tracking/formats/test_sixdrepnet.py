@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from mimeline.errors import BadFile, MissingColumn
-from mimeline.tracking.sixdrepnet import read_sixdrepnet
+from mimeline.tracking.formats.sixdrepnet import read_sixdrepnet
 
 
 def test_angles_of_6drepnet_take_the_subjects_left_and_up_as_positive(tmp_path):

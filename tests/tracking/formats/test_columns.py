@@ -3,7 +3,7 @@ import pandas as pd
 import pytest
 
 from mimeline.errors import BadFile, MissingColumn, NoSuchFile
-from mimeline.tracking.columns import (
+from mimeline.tracking.formats.columns import (
     all_origins,
     angles,
     by_channel,

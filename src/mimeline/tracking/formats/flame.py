@@ -16,7 +16,7 @@ from mimeline.archives import npz
 from mimeline.atomic import whole
 from mimeline.errors import BadFile
 from mimeline.tracking.convention import Convention
-from mimeline.tracking.flame_take import EXPRESSION, joint, take_of
+from mimeline.tracking.formats.flame_take import EXPRESSION, joint, take_of
 from mimeline.tracking.take import MOST_FRAMES, Take
 
 ROOT, NECK, JAW = joint("head"), joint("neck"), joint("jaw")

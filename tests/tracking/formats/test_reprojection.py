@@ -15,7 +15,8 @@ from mimeline.face.model import Face
 from mimeline.face.rotations import turned
 from mimeline.tables import COEFFICIENTS
 from mimeline.toy import frame_files
-from mimeline.tracking import loss, metrical_tracker, reprojection
+from mimeline.tracking import loss
+from mimeline.tracking.formats import metrical_tracker, reprojection
 from mimeline.tracking.ingest import ingest
 
 FRAMES, SPOILT = 5, 3

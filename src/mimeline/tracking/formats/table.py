@@ -12,8 +12,8 @@ import pyarrow.parquet as pq
 
 from mimeline.atomic import whole
 from mimeline.errors import BadFile, MissingColumn, unreadable
-from mimeline.tracking.columns import expressions, header_of, numbers, read_columns
 from mimeline.tracking.convention import Convention
+from mimeline.tracking.formats.columns import expressions, header_of, numbers, read_columns
 from mimeline.tracking.take import MOST_FRAMES, Origin, Take, assemble
 from mimeline.vocabulary import CHANNELS, EXPRESSIONS, canonical
 

@@ -3,7 +3,7 @@ import pandas as pd
 import pytest
 
 from mimeline.tables import COEFFICIENTS
-from mimeline.tracking.action_units import ACTION_UNITS, channels, clipped
+from mimeline.tracking.formats.action_units import ACTION_UNITS, channels, clipped
 from mimeline.vocabulary import CHANNELS, EXPRESSIONS
 
 

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 
 from mimeline.errors import BadFile, MimelineError, MissingColumn
 from mimeline.face.rotations import turned
-from mimeline.tracking import openface
+from mimeline.tracking.formats import openface
 from mimeline.vocabulary import CHANNELS
 
-GOLDEN = Path(__file__).parent / "golden" / "openface"
+GOLDEN = Path(__file__).parents[1] / "golden" / "openface"
 HEAD = ["head_yaw_left", "head_pitch_up", "head_tilt_left"]
 
 

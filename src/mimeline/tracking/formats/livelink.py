@@ -10,7 +10,8 @@ import pyarrow.compute as pc
 
 from mimeline.atomic import whole
 from mimeline.errors import BadFile, MissingColumn
-from mimeline.tracking.columns import (
+from mimeline.tracking.convention import Convention
+from mimeline.tracking.formats.columns import (
     all_origins,
     angles,
     by_channel,
@@ -20,7 +21,6 @@ from mimeline.tracking.columns import (
     numbers,
     read_columns,
 )
-from mimeline.tracking.convention import Convention
 from mimeline.tracking.take import Take, assemble
 from mimeline.vocabulary import CHANNELS, EXPRESSIONS, GAZE, HEAD, canonical
 

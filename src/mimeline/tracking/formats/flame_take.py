@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from mimeline.errors import BadFile
 from mimeline.face.rotations import angles_of
 from mimeline.tables import AXES, COEFFICIENTS
-from mimeline.tracking import arkit
+from mimeline.tracking.formats import arkit
 from mimeline.tracking.take import Origin, Take, assemble
 from mimeline.vocabulary import HEAD
 

@@ -24,9 +24,9 @@ import pandas as pd
 from mimeline.errors import BadFile
 from mimeline.face.rotations import angles_of, turned
 from mimeline.tables import COEFFICIENTS
-from mimeline.tracking import action_units
-from mimeline.tracking.columns import angles, header_of, numbers, read_columns
 from mimeline.tracking.convention import Convention
+from mimeline.tracking.formats import action_units
+from mimeline.tracking.formats.columns import angles, header_of, numbers, read_columns
 from mimeline.tracking.take import MOST_FRAMES, Origin, Take, assemble
 
 log = logging.getLogger(__name__)

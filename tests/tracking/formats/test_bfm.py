@@ -10,7 +10,7 @@ from scipy.io import savemat
 
 from mimeline.errors import BadFile, NoSuchFile
 from mimeline.tables import COEFFICIENTS
-from mimeline.tracking import bfm
+from mimeline.tracking.formats import bfm
 from mimeline.tracking.take import Take
 from mimeline.vocabulary import EXPRESSIONS, HEAD
 

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 
 from mimeline.errors import BadFile, NoSuchFile
 from mimeline.tables import COEFFICIENTS
-from mimeline.tracking import flame
+from mimeline.tracking.formats import flame
 from mimeline.tracking.take import MOST_FRAMES, Take
 from mimeline.vocabulary import HEAD
 
-GOLDEN = Path(__file__).parent / "golden" / "flame"
+GOLDEN = Path(__file__).parents[1] / "golden" / "flame"
 QUICK = settings(
     max_examples=25, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
 )

@@ -19,10 +19,10 @@ from scipy.spatial.transform import Rotation
 from mimeline.archives.torch_saved import read_saved, write_saved
 from mimeline.errors import BadFile, unreadable
 from mimeline.tracking.convention import Convention
-from mimeline.tracking.flame_take import EXPRESSION, joint, rotations_of, take_of
-from mimeline.tracking.kpt import landmarks_of
+from mimeline.tracking.formats.flame_take import EXPRESSION, joint, rotations_of, take_of
+from mimeline.tracking.formats.kpt import landmarks_of
+from mimeline.tracking.formats.reprojection import reprojection_error
 from mimeline.tracking.loss import REPROJECTION
-from mimeline.tracking.reprojection import reprojection_error
 from mimeline.tracking.take import MOST_FRAMES, Origin, Take
 from mimeline.vocabulary import HEAD
 

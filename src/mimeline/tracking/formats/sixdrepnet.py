@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 
 from mimeline.errors import BadFile, MissingColumn, unreadable
-from mimeline.tracking.columns import line_of
 from mimeline.tracking.convention import Convention
+from mimeline.tracking.formats.columns import line_of
 
 CONVENTION = Convention(
     title="6DRepNet table",

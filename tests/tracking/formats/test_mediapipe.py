@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from mimeline.errors import BadFile, MimelineError
 from mimeline.face.motion import LOOK_SIDEWAYS, LOOK_UP
 from mimeline.face.rotations import turned
-from mimeline.tracking import mediapipe
+from mimeline.tracking.formats import mediapipe
 from mimeline.vocabulary import CHANNELS, EXPRESSIONS, GAZE, HEAD
 
-GOLDEN = Path(__file__).parent / "golden" / "mediapipe"
+GOLDEN = Path(__file__).parents[1] / "golden" / "mediapipe"
 SCORES = ["_neutral", *(name for name in EXPRESSIONS if name != "tongueOut")]
 CELLS = [f"matrix_{place}" for place in range(16)]
 

@@ -13,7 +13,7 @@ from mimeline.face.motion import LOOK_DOWN, LOOK_SIDEWAYS, LOOK_UP
 from mimeline.face.retarget import LEAST_QUALITY
 from mimeline.face.rotations import turned
 from mimeline.toy import frame_files
-from mimeline.tracking.arkit import JAW_OPEN, JAW_SIDEWAYS, from_bfm, from_flame
+from mimeline.tracking.formats.arkit import JAW_OPEN, JAW_SIDEWAYS, from_bfm, from_flame
 from mimeline.vocabulary import CHANNELS, EXPRESSIONS, HEAD
 
 MIXED = list(frame_files.MIXED)  # channels that expressions tell

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mimeline.errors import BadFile, MissingColumn
-from mimeline.tracking import livelink
-from mimeline.tracking.livelink import ROTATIONS, SHAPES
+from mimeline.tracking.formats import livelink
+from mimeline.tracking.formats.livelink import ROTATIONS, SHAPES
 from mimeline.vocabulary import CHANNELS, EXPRESSIONS, GAZE, HEAD
 
 KEYS = {"fps": "30", "timecode_base": 60, "angle_unit": "radians", "bad_values": "fail"}

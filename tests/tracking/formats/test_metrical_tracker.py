@@ -10,7 +10,7 @@ from mimeline.archives.torch_saved import read_saved, write_saved
 from mimeline.errors import BadFile, NoSuchFile
 from mimeline.face.rotations import turned
 from mimeline.tables import AXES, COEFFICIENTS
-from mimeline.tracking import metrical_tracker
+from mimeline.tracking.formats import metrical_tracker
 from mimeline.vocabulary import GAZE, HEAD
 
 HEADLESS = [

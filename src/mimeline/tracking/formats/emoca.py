@@ -22,7 +22,7 @@ import pandas as pd
 from mimeline.archives import mat
 from mimeline.errors import BadFile, MimelineError, unreadable
 from mimeline.tracking.convention import Convention
-from mimeline.tracking.flame_take import EXPRESSION, joint, take_of
+from mimeline.tracking.formats.flame_take import EXPRESSION, joint, take_of
 from mimeline.tracking.take import MOST_FRAMES, Take
 
 log = logging.getLogger(__name__)

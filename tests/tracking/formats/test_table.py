@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from mimeline.errors import BadFile, MimelineError, MissingColumn
-from mimeline.tracking import table
+from mimeline.tracking.formats import table
 from mimeline.tracking.take import assemble
 from mimeline.vocabulary import CHANNELS, EXPRESSIONS
 

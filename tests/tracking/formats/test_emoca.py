@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 from mimeline.errors import BadFile, NoSuchFile
-from mimeline.tracking import emoca
+from mimeline.tracking.formats import emoca
 from mimeline.tracking.take import Take
 
-GOLDEN = Path(__file__).parent / "golden" / "emoca"
+GOLDEN = Path(__file__).parents[1] / "golden" / "emoca"
 
 
 def taken(folder: Path, bad_values: str = "fail") -> Take:

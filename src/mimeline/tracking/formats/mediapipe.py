@@ -19,9 +19,9 @@ import pandas as pd
 from mimeline.errors import BadFile
 from mimeline.face.motion import LOOK_DOWN, LOOK_SIDEWAYS, LOOK_UP
 from mimeline.face.rotations import angles_of
-from mimeline.tracking.columns import expressions, header_of, numbers, read_columns
 from mimeline.tracking.convention import Convention
-from mimeline.tracking.mediapipe_results import names_scores, rows_of
+from mimeline.tracking.formats.columns import expressions, header_of, numbers, read_columns
+from mimeline.tracking.formats.mediapipe_results import names_scores, rows_of
 from mimeline.tracking.take import MOST_FRAMES, Origin, Take, assemble
 from mimeline.vocabulary import EXPRESSIONS, canonical
 

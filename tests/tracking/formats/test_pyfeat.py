@@ -6,7 +6,7 @@ import pytest
 
 from mimeline import tables
 from mimeline.errors import BadFile, MissingColumn
-from mimeline.tracking import pyfeat
+from mimeline.tracking.formats import pyfeat
 from mimeline.vocabulary import CHANNELS
 
 
