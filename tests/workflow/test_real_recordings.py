@@ -11,8 +11,12 @@ import pytest
 import yaml
 
 from mimeline import tables
+from mimeline.config import validate
+from mimeline.tracking.readers import Tracker
 from mimeline.vocabulary import EXPRESSIONS, GAZE, HEAD
+from mimeline.workflow import chosen
 
+EXAMPLES = Path(__file__).parents[2] / "config" / "examples"
 GOLDEN = Path(__file__).parents[1] / "tracking" / "golden"
 SMALL = """
 shards: 1
@@ -82,25 +86,40 @@ def test_an_example_reads_real_recordings(run_example, real_data, name):
     assert not set(example.absent) & found
 
 
-@pytest.mark.parametrize(
-    ("name", "channels"),
-    [
-        ("metrical_tracker", {*HEAD, *GAZE, "eyeBlinkLeft"}),
-        ("mediapipe", {*HEAD, *EXPRESSIONS} - {"tongueOut"}),
-        ("emoca", {*HEAD, "jawOpen"}),
-    ],
-)
-def test_an_example_reads_small_takes_of_its_format(run_example, tmp_path, name, channels):
-    data = tmp_path / "takes"
-    data.mkdir()
+def small_takes(name: str, folder: Path) -> tuple[Path, dict]:
+    """A folder of the small takes of a format, and how these are to be read."""
+    folder.mkdir()
     for take in (GOLDEN / name).iterdir():
         if take.name != "options.yaml":
-            (data / take.name).symlink_to(take)
-    options = yaml.safe_load((GOLDEN / name / "options.yaml").read_text())
-    change = {"shards": 1, "select": {"min_s": 0.1}, "ingest": {name: options}}
-    results = run_example(name, data, "--until", "pose", change=yaml.safe_dump(change))
+            (folder / take.name).symlink_to(take)
+    return folder, yaml.safe_load((GOLDEN / name / "options.yaml").read_text())
+
+
+def test_an_example_takes_folders_for_takes(run_example, tmp_path):
+    data, options = small_takes("metrical_tracker", tmp_path / "takes")
+    change = {"shards": 1, "select": {"min_s": 0.1}, "ingest": {"metrical_tracker": options}}
+    results = run_example(
+        "metrical_tracker", data, "--until", "pose", change=yaml.safe_dump(change)
+    )
     assert clips_after_pose(results) == len(list(data.iterdir()))
-    assert channels <= measured(results)
+    assert {*HEAD, *GAZE, "eyeBlinkLeft"} <= measured(results)
+
+
+@pytest.mark.parametrize(
+    ("name", "channels"),
+    [("mediapipe", {*HEAD, *EXPRESSIONS} - {"tongueOut"}), ("emoca", {*HEAD, "jawOpen"})],
+)
+def test_an_example_reads_small_takes_of_its_format(tmp_path, name, channels):
+    data, options = small_takes(name, tmp_path / "takes")
+    example = yaml.safe_load((EXAMPLES / f"{name}.yaml").read_text())
+    example["ingest"][name] |= options
+    ingest = validate(example | {"data_dir": str(data)})["ingest"]
+    tracker = Tracker.of(data, **chosen(ingest), bad_values=ingest["bad_values"])
+    takes = tracker.takes()
+    assert len(takes) == len(list(data.iterdir()))
+    for take in takes:
+        motion = tracker.read(take).motion
+        assert channels <= set(motion.columns[motion.notna().any()])
 
 
 def clips_after_pose(results: Path) -> int:
