@@ -7,6 +7,7 @@ from mimeline.vocabulary import SERIES_REGIONS, resource
 from mimeline.workflow import (
     chosen,
     code_digest,
+    face_of_takes,
     limits_of_videos,
     listing,
     rate_of_clips,

@@ -63,6 +63,15 @@ def test_a_key_that_cannot_be_set_ends_with_what_can_be(run, tmp_path, text):
     code, _, complaint = run("inspect", tmp_path, "--set", text)
     assert code == 1 and complaint.startswith("mimeline: --set")
     assert "expected" in complaint
+    if text in ("nonsense=1", "fps"):
+        for key in ("angle_unit", "bad_values", "max_loss", "max_missing", "mirrored"):
+            assert f"{key}," in complaint
+
+
+def test_a_format_that_nobody_knows_ends_with_those_that_there_are(run, tmp_path):
+    code, _, complaint = run("inspect", tmp_path, "--format", "foo")
+    assert code == 1 and complaint.startswith("mimeline: --format: found 'foo'")
+    assert "livelink" in complaint and "openface" in complaint
 
 
 def test_colours_are_for_terminals_that_want_them(run, tmp_path, monkeypatch):

@@ -32,12 +32,14 @@ def settle_config(config: dict[str, Any]) -> dict[str, Any]:
         settled = validate(config)
     except* BadConfig as group:
         sys.exit("\n".join(f"mimeline: {problem}" for problem in group.exceptions))
+    takes = chosen(settled["ingest"])
     named = (
         ("data_dir", settled["data_dir"], "folder", Path.is_dir),
         ("select.exclusions", settled["select"]["exclusions"], "file", Path.is_file),
         ("label.file", settled["label"]["file"], "file", Path.is_file),
         ("evaluate.truth", settled["evaluate"]["truth"], "folder", Path.is_dir),
         ("report.face", settled["report"]["face"], "file or folder", Path.exists),
+        (f"ingest.{takes['format']}.face", face_of_takes(settled), "file", Path.is_file),
     )
     absent = [
         NoSuchFile(
@@ -59,11 +61,24 @@ def chosen(section: dict[str, Any]) -> dict[str, Any]:
     return {"format": section["format"], "options": section.get(section["format"], {})}
 
 
+def face_of_takes(config: dict[str, Any]) -> str | None:
+    """Where the face model of the tracking results lies; None without one, and for the toy's."""
+    face = chosen(config["ingest"])["options"].get("face")
+    if face is None or config["data_dir"] is None:
+        return None
+    return str(Path(config["data_dir"], face))
+
+
 def tracker_of_takes(config: dict[str, Any]) -> dict[str, Any] | None:
-    """What reads a take's length, for a catalogue of files; None for one that tells it."""
+    """What reads a take's length, for a catalogue of files; None for one that tells it.
+
+    A length needs no face model.
+    """
     if config["catalogue"]["format"] != "files":
         return None
-    return chosen(config["ingest"]) | {"bad_values": config["ingest"]["bad_values"]}
+    tracker = chosen(config["ingest"]) | {"bad_values": config["ingest"]["bad_values"]}
+    faceless = {"face": None} if "face" in tracker["options"] else {}
+    return tracker | {"options": tracker["options"] | faceless}
 
 
 def limits_of_videos(config: dict[str, Any]) -> dict[str, Any] | None:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays_of
 from scipy.io import loadmat, savemat
 
-from mimeline.archives.mat import read_arrays
+from mimeline.archives.mat import read_arrays, shapes
 from mimeline.errors import BadFile, NoSuchFile
 
 TYPES = ("f8", "f4", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8")
@@ -150,8 +150,23 @@ def test_a_shape_that_the_bytes_do_not_fill_is_refused(tmp_path, shape):
 
 
 def test_arrays_beyond_the_limit_are_refused_by_their_head(tmp_path, sequence):
-    with pytest.raises(BadFile, match="variable coeff of 48 bytes"):
-        read_arrays(sequence, ["coeff"], most_bytes=40)
+    with pytest.raises(BadFile, match="variable coeff of 96 bytes"):
+        read_arrays(sequence, ["coeff"], most_bytes=90)
+
+
+def test_an_array_that_is_stored_as_doubles_counts_as_such(tmp_path):
+    """As bytes it would be within the limit, which is what it unpacks to that matters."""
+    path = tmp_path / "widened.mat"
+    body = matrix(np.zeros((1000, 1000)), kind=9, stored=9)
+    packed = zlib.compress(body, 9)
+    path.write_bytes(header() + struct.pack("<II", 15, len(packed)) + packed)
+    tracemalloc.start()
+    with pytest.raises(BadFile, match="variable x of 8e\\+06 bytes"):
+        read_arrays(path, ["x"], most_bytes=1_000_000)
+    assert shapes(path, ["x", "missing"]) == {"x": (1000, 1000)}
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 1_000_000
 
 
 def test_a_file_of_countless_variables_is_left(tmp_path):

@@ -239,6 +239,13 @@ def test_a_tensor_that_claims_what_its_storage_does_not_hold_is_refused(path, cl
     refusal(path)
 
 
+def test_a_tensor_may_show_a_number_twice_within_its_storage_size(path):
+    torch.save({"t": torch.arange(6.0)[:2].expand(3, 2)}, path)
+    assert read_saved(path, "")["t"].tolist() == [[0, 1]] * 3
+    torch.save({"t": torch.arange(6.0)[:2].expand(4, 2)}, path)
+    assert "more than it holds" in refusal(path)
+
+
 @pytest.mark.parametrize(
     ("content", "message"),
     [

@@ -157,6 +157,19 @@ def test_people_are_found_in_the_names_of_takes(tmp_path):
     assert people.fillna("").tolist() == ["M030", "M030", "W009", ""]
 
 
+def test_where_no_take_can_be_read_the_run_stops_with_what_is_wrong(tmp_path):
+    golden = Path(__file__).parents[1] / "tracking" / "golden" / "livelink" / "turns_left.csv"
+    for name in ("a", "b"):
+        rows = golden.read_text().replace(",0.0", ",50.0")  # per cent
+        (tmp_path / f"{name}.csv").write_text(rows)
+    block = {"folder": ".", "fps": "30", "timecode_base": 60, "angle_unit": "radians"}
+    tracker = {"format": "livelink", "options": block, "bad_values": "fail"}
+    options = {"pattern": "*", "exclude": [], "subject": None, "subject_pattern": None}
+    out = ([tmp_path / "clips.parquet"], tmp_path / "ledger.parquet")
+    with pytest.raises(BadFile, match="none of the 2 takes can be read: found 50"):
+        catalogue(tmp_path, *out, "files", options, None, tracker, None)
+
+
 def test_a_real_catalogue_reads_whole(tmp_path, real_data):
     out, ledger = tmp_path / "clips.parquet", tmp_path / "ledger.parquet"
     options = {"info": "celebvtext_info-sample.json", "annotations": None}

@@ -28,10 +28,14 @@ def test_a_turn_to_either_side_is_found_with_its_frames():
 
 @pytest.fixture
 def run(tmp_path):
-    def run(poses: list[tuple], tracked: pd.DataFrame | None = None) -> pd.DataFrame:
+    def run(
+        poses: list[tuple], tracked: pd.DataFrame | None = None, source: str | None = None
+    ) -> pd.DataFrame:
         names = ["a"] if tracked is None else sorted(set(tracked["clip_id"]))
         clips = pd.DataFrame({"clip_id": names}).reindex(columns=tables.CLIPS.schema.names)
-        clips = clips.assign(source_id="s", start_s=0.0, end_s=4.0, shard=0, n_frames=100)
+        clips = clips.assign(
+            source_id=source or clips["clip_id"], start_s=0.0, end_s=4.0, shard=0, n_frames=100
+        )
         clips["actions"], clips["texts"] = [[]] * len(names), [[]] * len(names)
         tables.write(tables.CLIPS, clips, tmp_path / "clips.parquet")
         motion = tables.empty(tables.MOTION)
@@ -115,9 +119,14 @@ def test_a_clip_that_turns_against_the_tracker_is_noted(run):
 
 @pytest.mark.parametrize(("yaw", "tilt"), [(-0.3, 0.2), (0.3, -0.2)])
 def test_most_clips_that_turn_against_the_tracker_stop_the_run(run, yaw, tilt):
-    with pytest.raises(BadFile, match=r"pose.csv, 3 of the 4 clips.*ingest.mirrored") as error:
+    with pytest.raises(BadFile, match=r"pose.csv, 3 of the 4 sources.*ingest.mirrored") as error:
         run(poses(pd.concat([swings("abc", yaw, tilt), swings("d")])), swings("abcd"))
     assert ("head_yaw_left" if yaw < 0 else "head_tilt_left") in error.value.found
+
+
+def test_clips_of_one_source_are_one(run):
+    tracked = swings("abcdefghij")
+    assert (run(poses(swings("abcdefghij", yaw=-0.3)), tracked, "s")["status"] == "kept").all()
 
 
 def test_two_clips_or_clips_that_hardly_move_stop_no_run(run):

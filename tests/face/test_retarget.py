@@ -84,6 +84,65 @@ def test_a_shape_that_the_source_cannot_show_is_not_possible_and_the_others_are(
     assert np.isnan(found[:, ~way.possible]).all() and not found[:, way.possible].any()
 
 
+def test_what_the_source_shows_only_beyond_any_trackers_coefficients_is_not_possible(face):
+    weak = replace(face, shapes=face.shapes / 1000)
+    assert not retargeting(weak, face, NAMES).possible.any()
+    number = face.shape_names.index("cheekPuff")
+    for share, possible in ((0.5, True), (0.01, False), (1e-3, False)):
+        shapes = face.shapes.copy()
+        shapes[number] *= share  # a 1 is had by a coefficient of 2, 100, 1000
+        way = retargeting(replace(face, shapes=shapes), face, NAMES)
+        assert way.possible[NAMES.index("cheekPuff")] == possible
+        assert way.possible.sum() == len(NAMES) - (not possible)
+
+
+def test_shapes_that_together_ask_for_more_than_a_tracker_gives_have_less_quality(face):
+    """Each alone is had with a coefficient of 2.5, both together with 5."""
+    names = ["browInnerUp", "cheekPuff"]
+    brow, cheek = face.shapes[[face.shape_names.index(name) for name in names]]
+    source = replace(face, shapes=np.array([brow, cheek]), shape_names=names)
+    for both, least, most in ((0.5, 0.999, 1), (2.5, 0, 0.98)):
+        shapes = np.array([both * brow + cheek, both * brow - cheek])
+        way = retargeting(source, replace(face, shapes=shapes, shape_names=names), names)
+        assert way.solved.all() and least < way.quality.min() <= way.quality.max() <= most
+
+
+def test_a_shape_that_moves_mostly_what_the_source_has_no_surface_for_is_not_possible(face):
+    """Though the source shows all of it that lies on the skin."""
+    tongue = face.shapes[face.shape_names.index("tongueOut")]
+    at_the_lips = 0.02 * face.shapes[face.shape_names.index("mouthFunnel")]
+    shapes, names = np.array([at_the_lips, tongue + at_the_lips]), ["mouthFunnel", "tongueOut"]
+    source = divided(replace(face, shapes=shapes[:1], shape_names=names[:1]))
+    way = retargeting(source, replace(face, shapes=shapes, shape_names=names), names)
+    assert way.quality[1] == 0 and way.possible.tolist() == [True, False]
+    assert way.coefficients(np.ones((1, 1)))[0] == pytest.approx([1, np.nan], abs=0.05, nan_ok=True)
+
+
+def test_shapes_that_cannot_be_told_apart_are_not_possible_but_take_their_share(face):
+    """Of six that are alike each gets a sixth: none is told, and none goes to another."""
+    alike = ["mouthFunnel", "mouthPucker", "mouthClose", "mouthShrugUpper"]
+    alike += ["mouthRollUpper", "mouthRollLower"]
+    shapes, names = list(face.shapes), list(face.shape_names)
+    for name in alike:
+        shapes[names.index(name)] = shapes[names.index("mouthFunnel")]
+    source = without(face, *alike[1:])
+    way = retargeting(source, replace(face, shapes=np.array(shapes)), NAMES)
+    places = [NAMES.index(name) for name in alike]
+    assert way.solved.all() and np.flatnonzero(~way.possible).tolist() == sorted(places)
+    funnel = np.eye(len(source.shape_names))[[source.shape_names.index("mouthFunnel")]]
+    found = way.coefficients(funnel)[0]
+    assert np.isnan(found[places]).all()
+    np.testing.assert_allclose(np.delete(found, places), 0, atol=1e-3)
+
+
+def test_shapes_that_undo_each_other_cost_each_other_no_quality(face):
+    shapes, names = face.shapes.copy(), list(face.shape_names)
+    shapes[names.index("jawRight")] = -shapes[names.index("jawLeft")]
+    few = ["jawLeft", "jawRight", "browInnerUp", "cheekPuff", "eyeBlinkLeft", "eyeBlinkRight"]
+    other = replace(face, shapes=shapes)
+    assert retargeting(other, other, few).quality.min() > 0.99
+
+
 def test_a_side_that_the_source_cannot_show_costs_the_other_nothing(face):
     way = retargeting(without(face, "noseSneerLeft"), face, NAMES)
     quality = dict(zip(NAMES, way.quality, strict=True))

@@ -14,6 +14,7 @@ from mimeline import tables
 from mimeline.errors import BadFile, NoSuchFile
 from mimeline.inspection import as_json, as_text, inspect, options
 from mimeline.media.film import write_film
+from mimeline.toy.frame_files import write_face
 from mimeline.tracking.readers import READERS
 
 GOLDEN = Path(__file__).parents[1] / "tracking" / "golden"
@@ -180,7 +181,50 @@ def test_a_video_that_bears_the_takes_name_is_compared(livelink):
     film(livelink / "take.mp4", n_frames=8)
     seen = inspect(livelink / "take.csv", options())
     assert seen.facts["video"] == "take.mp4: 8 frames at 30 fps"
-    assert "3 frames fewer than the video beside it" in seen.notes
+    assert "3 frames fewer than the video of that name" in seen.notes and seen.sound
+
+
+def test_a_take_that_is_longer_than_its_video_is_a_problem_in_a_folder_too(livelink):
+    film(livelink / "take.mp4", n_frames=2)
+    for path in (livelink / "take.csv", livelink):
+        (problem,) = inspect(path, options()).problems
+        assert "longer than its clip" in problem and "take.mp4 comes to 2" in problem
+
+
+def test_a_take_is_held_against_a_video_at_another_rate_by_its_seconds(tmp_path):
+    shutil.copy(GOLDEN / "openface" / "turns_left.csv", tmp_path / "take.csv")
+    told = options(sets=["openface.fps=60"])
+    film(tmp_path / "take.mp4", n_frames=2)
+    seen = inspect(tmp_path / "take.csv", told)
+    assert seen.sound and "1 frame more than the video of that name" in seen.notes
+    film(tmp_path / "take.mp4", n_frames=1)
+    assert "longer than its clip" in inspect(tmp_path / "take.csv", told).problems[0]
+    film(tmp_path / "take.mp4", n_frames=5)
+    notes = inspect(tmp_path / "take.csv", told).notes
+    assert any("--set fps=30?" in note for note in notes)
+
+
+def test_a_configuration_tells_where_the_videos_are_and_what_they_are_cut_to(livelink):
+    (livelink / "films").mkdir()
+    film(livelink / "films" / "take.mp4", n_frames=2)
+    config = livelink / "mine.yaml"
+    config.write_text(f"data_dir: {livelink}\nfetch: {{folder: films}}\n")
+    assert "longer than its clip" in inspect(livelink / "take.csv", options(config)).problems[0]
+    film(livelink / "films" / "take.mp4", n_frames=5)
+    assert inspect(livelink / "take.csv", options(config)).sound
+    config.write_text(f"data_dir: {livelink}\nfetch: {{folder: films, fps: 25}}\n")
+    assert "correct fetch.fps" in inspect(livelink / "take.csv", options(config)).problems[0]
+
+
+def test_frames_that_are_lost_since_every_coefficient_is_0_are_told(livelink):
+    rows = pd.read_csv(livelink / "take.csv")
+    rows = pd.concat([rows] * 8, ignore_index=True)
+    rows["Timecode"] = [f"10:00:{n // 30:02d}:{2 * (n % 30):02d}.0" for n in range(len(rows))]
+    rows[rows.columns[2:]] += 0.1
+    rows.loc[20:22, rows.columns[2:]] = 0.0
+    rows.to_csv(livelink / "take.csv", index=False)
+    told = inspect(livelink / "take.csv", options()).facts["without face"]
+    assert told.startswith("3 frames") and "3 of them since every coefficient is 0" in told
 
 
 def test_a_video_is_measured_and_a_cut_off_one_is_a_problem(tmp_path):
@@ -238,6 +282,21 @@ def test_what_nobody_knows_is_said_with_what_was_looked_for(tmp_path):
         inspect(tmp_path, options())
     with pytest.raises(NoSuchFile):
         inspect(tmp_path / "b.txt", options())
+
+
+def test_a_table_whose_columns_no_comma_separates_says_what_does(livelink):
+    text = (livelink / "take.csv").read_text().replace(",", ";")
+    (livelink / "other.csv").write_text(text)
+    with pytest.raises(BadFile, match="separated by ';'"):
+        inspect(livelink / "other.csv", options())
+
+
+def test_a_folder_of_face_models_is_known(tmp_path):
+    write_face(tmp_path / "face.npz")
+    (tmp_path / "readme.txt").write_text("a note")
+    assert inspect(tmp_path / "face.npz", options()).kind == "face model"
+    seen = inspect(tmp_path, options())
+    assert seen.sound and ("face.npz", "face model") in seen.rows
 
 
 ENDINGS = ["csv", "json", "parquet", "npz", "pkl", "mat", "mp4", "frame", "txt"]

@@ -84,6 +84,14 @@ def test_kept_clips_with_the_same_note_share_a_line(tmp_path, ledger):
     ]
 
 
+def test_a_rule_that_some_frames_could_not_answer_is_not_said_to_be_broken(tmp_path, ledger):
+    detail = "applied to the 10 of 300 frames with a loss"
+    rows = [row | {"rule": "tracking_loss", "detail": detail} for row in kept("a")]
+    (note,) = funnel([ledger(tmp_path / "a", "catalogue", rows)]).notes
+    assert note.text.endswith("loss is too large” was applied to some frames only")
+    assert note.example == detail
+
+
 def test_a_clip_with_several_notes_is_one_clip_and_each_note_has_a_line(tmp_path, ledger):
     rows = [kept("a")[0] | {"rule": rule, "detail": rule[0]} for rule in ("masked", "frozen")]
     way = funnel([ledger(tmp_path / "a", "catalogue", [*rows, *kept("b")])])

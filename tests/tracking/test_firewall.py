@@ -119,10 +119,15 @@ def test_radians_read_as_degrees_are_told_by_the_landmarks(in_the_picture):
 
 def test_a_head_beyond_its_neck_fails_with_its_frames(lively):
     pitch = lively.motion["head_pitch_up"].copy()
-    pitch[100:110] = 2.5
+    pitch[100:230] = 2.5
     finding = found(changed(lively, head_pitch_up=pitch), "fail")["angle_unit"]
-    assert (finding.first_frame, finding.last_frame) == (100, 109)
+    assert (finding.first_frame, finding.last_frame) == (100, 229)
     assert finding.value == pytest.approx(2.5)
+
+
+def test_a_head_that_turns_away_and_back_is_no_unit(lively):
+    yaw = np.radians(95) * np.sin(np.arange(FRAMES) / 10)
+    assert found(changed(lively, head_yaw_left=yaw)) == {}
 
 
 def test_single_glitches_of_the_head_are_no_unit(lively):
@@ -140,15 +145,30 @@ def test_a_head_faster_than_any_fails(lively):
 
 def test_a_head_that_does_not_move_at_all_is_noted(lively):
     take = changed(lively, **{name: np.radians(lively.motion[name]) for name in HEAD})
-    assert found(take)["angle_unit"].severity == "note"
+    assert found(take)["still_head"].severity == "note"
 
 
 def test_a_channel_frozen_at_a_value_is_noted_by_name(lively):
-    take = changed(lively, browDownLeft=0.25, eyeBlinkRight=0.5, noseSneerLeft=0.5)
+    take = changed(lively, browDownLeft=0.25, jawOpen=0.5, head_yaw_left=0.3, gaze_up=-0.2)
     finding = found(take)["dead_channels"]
     assert finding.severity == "note"
-    assert finding.value == 2
-    assert finding.detail == "constant: browDownLeft at 0.25, eyeBlinkRight at 0.5"
+    assert finding.value == 4
+    assert sorted(finding.detail.removeprefix("constant: ").split(", ")) == [
+        "browDownLeft at 0.25",
+        "gaze_up at -0.2",
+        "head_yaw_left at 0.3",
+        "jawOpen at 0.5",
+    ]
+
+
+def test_a_head_that_is_always_0_is_dead(lively):
+    take = changed(lively, **dict.fromkeys(HEAD, 0.0))
+    assert found(take)["dead_channels"].value == 3
+
+
+def test_what_no_action_is_found_by_may_rest_and_a_tracker_need_not_tell_0(lively):
+    rest = changed(replace(lively, fps=Fraction(2)), tongueOut=0.0, noseSneerLeft=2e-7)
+    assert found(rest) == {}
 
 
 def test_a_constant_0_is_dead_where_nothing_else_is_ever_0(lively):
@@ -163,8 +183,25 @@ def test_a_constant_0_is_dead_in_a_long_take(lively):
     assert "dead_channels" in found(changed(long, eyeWideLeft=0.0))
 
 
-def test_a_channel_that_is_not_measured_is_not_dead(lively):
-    assert found(changed(lively, eyeWideLeft=np.nan, browInnerUp=np.nan)) == {}
+def test_a_channel_that_only_jitters_is_dead_in_a_long_take(lively):
+    jitter = 0.3 + np.random.default_rng(1).uniform(0, 0.001, FRAMES)
+    assert found(changed(lively, browInnerUp=jitter)) == {}
+    long = replace(lively, fps=Fraction(2))
+    finding = found(changed(long, browInnerUp=jitter))["dead_channels"]
+    assert finding.detail.startswith("constant but for jitter: browInnerUp at 0.3")
+
+
+def test_a_constant_0_is_not_dead_in_a_short_take(lively):
+    lifted = {name: lively.motion[name] + 0.01 for name in EXPRESSIONS}
+    take = changed(lively, **lifted | {"eyeWideLeft": 0.0})
+    for frames in (30, 60, 149):
+        assert found(take.cut(0, frames)) == {}
+    assert "dead_channels" in found(take.cut(0, 150))
+
+
+def test_a_channel_that_is_not_measured_or_hardly_ever_is_not_dead(lively):
+    once = pd.Series(np.nan, index=range(FRAMES)).mask(lambda told: told.index == 7, 0.3)
+    assert found(changed(lively, eyeWideLeft=np.nan, browInnerUp=once)) == {}
 
 
 def test_a_result_that_is_repeated_is_noted_with_its_frames(lively):
@@ -174,12 +211,25 @@ def test_a_result_that_is_repeated_is_noted_with_its_frames(lively):
     assert (finding.first_frame, finding.last_frame, finding.value) == (50, 70, 21)
 
 
-def test_a_short_repetition_and_a_take_at_rest_are_not_frozen(lively):
+def test_a_short_repetition_is_not_frozen_at_any_rate(lively):
     motion = lively.motion.copy()
-    motion.loc[50:55, list(CHANNELS)] = motion.loc[50, list(CHANNELS)].to_numpy()
-    assert found(replace(lively, motion=motion)) == {}
-    motion.loc[:, list(CHANNELS)] = motion.loc[50, list(CHANNELS)].to_numpy()
+    motion.loc[50:53, list(CHANNELS)] = motion.loc[50, list(CHANNELS)].to_numpy()
+    for fps in (3, 30):
+        assert "frozen" not in found(replace(lively, motion=motion, fps=Fraction(fps)))
+    motion.loc[54, list(CHANNELS)] = motion.loc[50, list(CHANNELS)].to_numpy()
     assert "frozen" not in found(replace(lively, motion=motion))
+    assert found(replace(lively, motion=motion, fps=Fraction(3)))["frozen"].value == 5
+
+
+def test_a_take_that_never_changes_is_frozen(lively):
+    motion = lively.motion.copy()
+    motion.loc[:, list(CHANNELS)] = motion.loc[50, list(CHANNELS)].to_numpy()
+    take = replace(lively, motion=motion)
+    assert set(found(take)) == {"frozen"}
+    assert found(take)["frozen"].value == FRAMES
+    assert found(take.cut(0, 14)) == {}
+    unmeasured = motion.assign(**dict.fromkeys(CHANNELS, np.nan))
+    assert found(replace(lively, motion=unmeasured)) == {}
 
 
 def test_a_coefficient_out_of_range_is_noted_with_its_worst_value(lively):
@@ -282,6 +332,12 @@ def test_a_wrong_unit_in_all_clips_names_the_key_that_mends_it(lively):
     assert "ingest.format: table" in str(stops(takes, "pyfeat"))
 
 
+def test_a_take_counts_once_however_many_of_its_clips_show_the_fault(lively):
+    wrong = changed(lively, gaze_left=-lively.motion["gaze_left"])
+    assert stops({"cut into ten": wrong} | dict.fromkeys("abcd", lively)) is None
+    assert [firewall.of_the_set_up(*n) for n in ((2, 2), (3, 6), (3, 5))] == [False, False, True]
+
+
 def test_notes_never_stop_a_run(lively):
     assert stops({clip: changed(lively, browDownLeft=0.25) for clip in "abcd"}) is None
 
@@ -315,8 +371,9 @@ def test_real_recordings_pass(alex, real_data):
     assert firewall.examine(alex) == []
     assert firewall.tells(alex) == {"sides_swapped", "eyes_disagree", "angle_unit"}
     assert not firewall.lost_frames(alex).any()
-    for start in range(0, len(alex.motion) - 150, 150):
-        assert firewall.examine(alex.cut(start, start + 150)) == []
+    for frames in (30, 60, 150):
+        for start in range(0, len(alex.motion) - frames, 100):
+            assert firewall.examine(alex.cut(start, start + frames)) == []
     for path in sorted((real_data / "pyfeat").glob("0*.csv")):
         take = pyfeat.read(path, fps="25", stride=2, bad_values="mask")
         assert firewall.examine(take) == []

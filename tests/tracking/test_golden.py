@@ -1,4 +1,9 @@
-"""Every format's reader against small takes that were made from the format's published geometry."""
+"""Every format's reader against small takes that were made from the format's published geometry.
+
+Of py-feat no axes are published, and those of a table are its user's: their takes repeat our own
+reading and hold the reader to it, without proving it. What speaks for py-feat's signs is in
+test_pyfeat.py, on the tables that py-feat publishes.
+"""
 
 from functools import cache
 from pathlib import Path

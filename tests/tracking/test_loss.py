@@ -105,6 +105,19 @@ def test_a_sidecar_without_its_columns_or_in_bytes_is_refused(take, tmp_path):
         loss.sidecar(tmp_path)
 
 
+def test_a_loss_that_few_frames_have_is_said_to_be_so(take):
+    losses = pd.Series(0.1, index=range(FRAMES))
+    for kind, limits in ((loss.OWN, (1.0, None)), (loss.REPROJECTION, (None, 1.0))):
+        few = losses.where(losses.index < 10)
+        some = replace(take, loss=kind, motion=take.motion.assign(tracker_loss=few))
+        assert loss.not_applied(some, *limits) == "applied to the 10 of 40 frames with a loss"
+        assert loss.broken(some, *limits) is None
+        most = some.motion.assign(tracker_loss=losses.where(losses.index < 36))
+        assert loss.not_applied(replace(some, motion=most), *limits) is None
+    lost = some.motion.assign(valid=losses.index < 10)  # a frame without a face needs no loss
+    assert loss.not_applied(replace(some, motion=lost), *limits) is None
+
+
 def test_a_sidecar_beyond_all_bounds_is_refused_before_it_is_read(tmp_path, monkeypatch):
     monkeypatch.setattr(loss, "MOST_BYTES", 100)
     (tmp_path / "loss.csv").write_text("frame,loss\n" + "0,0.123456\n" * 10)

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -27,6 +28,12 @@ def test_a_part_of_a_take_has_its_own_frames_and_coefficients(take):
     assert part.motion["frame"].tolist() == [0, 1]
     assert part.coefficients["flame"]["exp000"].tolist() == [3, 4]
     assert part.origins == take.origins
+
+
+def test_only_a_part_from_its_beginning_has_the_number_of_the_first_frame(take):
+    counted = replace(take, first_frame=1, numbered=True)
+    assert [counted.cut(start, 5).first_frame for start in (0, 1)] == [1, None]
+    assert counted.cut(1, 5).numbered and not take.cut(1, 5).numbered
 
 
 def test_a_padded_take_has_frames_that_are_not_valid_and_hold_no_number(take):

@@ -35,6 +35,13 @@ def test_a_label_file_that_is_not_there(checkout):
     assert "label.file" in line
 
 
+def test_a_face_model_that_is_not_there(checkout, tmp_path):
+    change = ("ingest={format: flame, flame: {face: nope.npz}}", f"data_dir={tmp_path}")
+    line = complaint(checkout.run("-n", "--config", *change, config=()))
+    assert "nope.npz: found no such file" in line
+    assert "ingest.flame.face" in line
+
+
 def test_an_unknown_key(checkout):
     line = complaint(checkout.run("-n", "--config", "segmnt={}", config=()))
     assert "key segmnt: found an unknown key" in line

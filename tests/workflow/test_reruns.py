@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 from mimeline.config import Config, Section
+from mimeline.config.trackers import OF_FACE_MODELS
 from mimeline.tracking.readers import READERS
 from mimeline.vocabulary import SERIES_REGIONS
 
@@ -25,6 +26,7 @@ USERS: dict[str, set[str]] = {
     "fetch": {"fetch"},
     "ingest": {"ingest"},
     "ingest.format": {"ingest", "fetch"},
+    **{f"ingest.{name}.face": {"ingest"} for name in OF_FACE_MODELS},
     **{f"ingest.{name}.fps": {"ingest", "fetch"} for name in READERS},
     "ingest.pyfeat.stride": {"ingest", "fetch"},
     "pose": {"pose"},

@@ -18,12 +18,15 @@ def results(toy_run):
 @pytest.fixture(scope="module")
 def ledger(results) -> pd.DataFrame:
     paths = [path for stage in STAGES for path in results.glob(f"{stage}/**/ledger.parquet")]
-    return tables.read_all(tables.LEDGER, paths)
+    return pd.concat(
+        [tables.read(tables.LEDGER, path).assign(file=str(path)) for path in paths],
+        ignore_index=True,
+    )
 
 
 def test_every_table_of_the_run_keeps_its_contract(results):
     kinds = {t.name: t for t in vars(tables).values() if isinstance(t, tables.Table)}
-    kinds |= {"generated": tables.MOTION, "log": tables.LOSSES}
+    kinds |= tables.COEFFICIENTS | {"generated": tables.MOTION, "log": tables.LOSSES}
     read = 0
     for path in results.rglob("*.parquet"):
         if path.stem in kinds:
@@ -35,8 +38,9 @@ def test_every_table_of_the_run_keeps_its_contract(results):
 def test_clips_in_are_kept_dropped_or_failed_at_every_stage(results, ledger):
     came_in = None
     for stage in STAGES:
-        rows = ledger.loc[ledger["stage"] == stage, ["clip_id", "status"]].drop_duplicates()
-        assert rows["clip_id"].is_unique  # several notes, one decision
+        rows = ledger.loc[ledger["stage"] == stage, ["clip_id", "status", "file"]]
+        rows = rows.drop_duplicates()  # several notes, one decision in one shard
+        assert rows["clip_id"].is_unique
         if came_in is not None:
             assert set(rows["clip_id"]) == came_in
         came_in = set(rows.loc[rows["status"] == "kept", "clip_id"])

@@ -4,6 +4,7 @@ from mimeline.vocabulary import REPRESENTATIONS
 SHARDS = [f"{number:02d}" for number in range(config["shards"])]
 TOY = config["data_dir"] is None
 DATA = "<results>/toy/data" if TOY else ancient(config["data_dir"])
+LISTING = listing(config["data_dir"])  # once: a file per frame makes many
 TRUTH = config["evaluate"]["truth"] or ("<results>/toy/truth" if TOY else [])
 
 
@@ -45,7 +46,7 @@ rule catalogue:
         cut_s=lookup("catalogue/cut_s", within=config),
         tracker=tracker_of_takes(config),
         limits=limits_of_videos(config),
-        listing=listing(config["data_dir"]),
+        listing=LISTING,
         code=code_digest("mimeline.clips.catalogue"),
     message:
         "Reading what clips there are"
@@ -95,7 +96,7 @@ rule fetch:
         fetch=lookup("fetch", within=config) | {"fps": rate_of_clips(config)},
         # beside the outputs and not one of them: what a killed run has cut is there for the next
         media=lambda wildcards, output: str(Path(output.clips).with_name("media")),
-        listing=listing(config["data_dir"]),
+        listing=LISTING,
         recipe=code_digest("mimeline.media.cut"),  # what was cut by the same code is taken up
         code=code_digest("mimeline.clips.fetch"),
     message:
@@ -130,7 +131,8 @@ rule ingest:
         max_missing=lookup("ingest/max_missing", within=config),
         max_loss=lookup("ingest/max_loss", within=config),
         max_reprojection=lookup("ingest/max_reprojection", within=config),
-        listing=listing(config["data_dir"]),
+        face=listing(face_of_takes(config)),
+        listing=LISTING,
         code=code_digest("mimeline.tracking.ingest"),
     message:
         "Reading tracking results of shard {wildcards.shard}"
@@ -156,7 +158,7 @@ rule pose:
     params:
         pose=chosen(config["pose"]),
         max_yaw_deg=lookup("pose/max_yaw_deg", within=config),
-        listing=listing(config["data_dir"]),
+        listing=LISTING,
         code=code_digest("mimeline.clips.pose"),
     message:
         "Dropping turned heads of shard {wildcards.shard}"

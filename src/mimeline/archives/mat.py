@@ -7,8 +7,9 @@ Source: MathWorks, "MAT-File Format" (R2024a), chapter 1.
 """
 
 import struct
+import sys
 import zlib
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from math import prod
 from pathlib import Path
@@ -67,16 +68,29 @@ def read_arrays(
     """The arrays of numbers that bear one of these names, as MATLAB shapes them (two axes or more).
 
     names: of variables; one that the file lacks is absent from the answer. most_bytes: of all of
-    them, unpacked. Raises BadFile for what is no .mat file of version 5 to 7, too large or spoilt,
-    and where a named variable is no array of real numbers.
+    them as doubles, which any may be stored as. Raises BadFile for what is no .mat file of version
+    5 to 7, too large or spoilt, and where a named variable is no array of real numbers.
     """
-    expected = f"a .mat file of version 5 to 7 with arrays of at most {most_bytes / 1e6:g} MB"
+    return _read(path, names, most_bytes, _array)
+
+
+def shapes(path: Path, names: Collection[str]) -> dict[str, tuple[int, ...]]:
+    """What the arrays of these names claim to be, by their heads: nothing else is unpacked.
+
+    Raises BadFile as `read_arrays` does, but for what stands behind the heads.
+    """
+    return _read(path, names, sys.maxsize, None)
+
+
+def _read(path: Path, names: Collection[str], most_bytes: int, unpack: Callable | None) -> dict:
+    limit = f" with arrays of at most {most_bytes / 1e6:g} MB" if unpack else ""
+    expected = f"a .mat file of version 5 to 7{limit}"
     remedy = "Save it again, in MATLAB with -v7, in Python with scipy.io.savemat."
     try:
         if Path(path).exists() and not Path(path).is_file():
             raise _Spoilt("no file")
         with open(path, "rb") as file:
-            return _variables(file, set(names), most_bytes)
+            return _variables(file, set(names), most_bytes, unpack)
     except _Spoilt as problem:
         raise BadFile(path, found=str(problem), expected=expected, remedy=remedy) from None
     except (struct.error, zlib.error) as error:
@@ -86,7 +100,7 @@ def read_arrays(
         raise unreadable(path, error, expected=expected, remedy=remedy) from error
 
 
-def _variables(file: BinaryIO, names: set[str], left: int) -> dict[str, np.ndarray]:
+def _variables(file: BinaryIO, names: set[str], left: int, unpack: Callable | None) -> dict:
     order = _byte_order(file.read(128))
     found = {}
     for _ in range(MOST_VARIABLES):
@@ -105,14 +119,18 @@ def _variables(file: BinaryIO, names: set[str], left: int) -> dict[str, np.ndarr
                 if head.name in found:
                     raise _Spoilt(f"variable {head.name} twice")
                 room = _room(head, left)
+                if unpack is None:
+                    found[head.name] = head.shape
+                    file.seek(start + size)
+                    continue
                 file.seek(start)
                 if size > room + room // 100:  # deflating what is random adds a little
                     raise _Spoilt(f"variable {head.name} with more bytes than its shape has")
                 packed = file.read(size)
                 if len(packed) < size:
                     raise _Spoilt("a file that breaks off")
-                found[head.name] = _array(_body(packed, room, order, inflate), head, order)
-                left -= found[head.name].nbytes
+                found[head.name] = unpack(_body(packed, room, order, inflate), head, order)
+                left -= room
         file.seek(start + size)
     raise _Spoilt(f"more than {MOST_VARIABLES} variables")
 
@@ -175,10 +193,10 @@ def _room(head: _Head, left: int) -> int:
         raise _Spoilt(f"variable {head.name}, which holds no real numbers")
     if not 2 <= len(head.shape) <= MOST_AXES or min(head.shape) < 0:
         raise _Spoilt(f"variable {head.name} of shape {head.shape[: MOST_AXES + 1]}")
-    n_bytes = prod(head.shape) * np.dtype(CLASSES[head.kind]).itemsize
+    n_bytes = 8 * prod(head.shape)  # stored as doubles at most
     if n_bytes > left:
         raise _Spoilt(f"variable {head.name} of {n_bytes:.3g} bytes")
-    return head.end + 8 * prod(head.shape) + 64  # stored as doubles at most, padded
+    return head.end + n_bytes + 64  # padded
 
 
 def _array(body: memoryview, head: _Head, order: str) -> np.ndarray:

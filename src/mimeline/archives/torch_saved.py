@@ -135,7 +135,7 @@ class _Storages:
 
 
 def _tensor(storage, offset, size, stride, *_):
-    """torch._utils._rebuild_tensor_v2: a view of a storage, which no element of may be twice."""
+    """torch._utils._rebuild_tensor_v2: a view of a storage, of no more numbers than it has."""
     if not isinstance(storage, np.ndarray):
         raise Refused("a tensor without a storage")
     if len(size) != len(stride) or len(size) > MAX_AXES:

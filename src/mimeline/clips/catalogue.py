@@ -128,9 +128,24 @@ def _files(
         return found[0] if found else subject
 
     rows, bad = sources(paths, person, facts)
-    if fault := unreadable_alike(bad, len(paths), results.folder):
+    if fault := unreadable_alike(bad, len(paths), results.folder) or _all_bad(rows, bad):
         raise fault
     return rows, bad
+
+
+def _all_bad(rows: list[dict], bad: dict[str, MimelineError]) -> MimelineError | None:
+    """What to stop with where no take could be read: the first one's error."""
+    if rows:
+        return None
+    first = next(iter(bad.values()))
+    place = f"{first.place}; none of the {len(bad)} takes can be read" if len(bad) > 1 else ""
+    return BadFile(
+        first.file,
+        place=place.removeprefix("; ") or first.place,
+        found=first.found,
+        expected=first.expected,
+        remedy=first.remedy,
+    )
 
 
 def _cut(row: dict, cut_s: float | None) -> list[dict]:

@@ -10,16 +10,15 @@ import pandas as pd
 from mimeline import tables
 from mimeline.errors import BadFile, MimelineError
 from mimeline.ledger import Ledger
+from mimeline.tracking.detectors import ENOUGH_FRAMES, OPPOSED
+from mimeline.tracking.firewall import of_the_set_up
 from mimeline.tracking.formats.sixdrepnet import read_sixdrepnet
+from mimeline.tracking.loss import LEAST_COVERED
 from mimeline.vocabulary import HEAD
 
 log = logging.getLogger(__name__)
 
-LEAST_COVERED = 0.9  # share of a clip's frames with a head angle, below which the ledger says so
 MOVES = 0.03  # radians: standard deviation of a head angle, from which two sources must agree
-ENOUGH_FRAMES = 20
-OPPOSED = -0.5  # correlation of an angle that two sources see the other way round
-FEWEST_CLIPS = 3  # that disagree about an angle, before the set-up is blamed
 
 
 def pose(
@@ -38,7 +37,7 @@ def pose(
     tracker's own head angles, "sixdrepnet" a table under data. max_yaw_deg: degrees.
     A clip without any head angle is kept, with a note that the rule could not be applied; one in
     which the table and the tracker turn against each other, with a note of that.
-    Raises BadFile where they do so in most of the clips that move enough.
+    Raises BadFile where they do so in most of the sources that move enough.
     """
     table = tables.read(tables.CLIPS, clips)
     decisions = Ledger("pose", table["clip_id"])
@@ -47,7 +46,7 @@ def pose(
         path = Path(data) / options["file"]
         tracked, angles = angles, read_sixdrepnet(path)
         agreement = compared(_inside(tracked, table), _inside(angles, table))
-        if fault := of_the_set_up(agreement, path):
+        if fault := opposed_throughout(agreement.merge(table[["clip_id", "source_id"]]), path):
             raise fault
         for row in _opposed(agreement).itertuples():
             decisions.note(
@@ -114,19 +113,21 @@ def compared(
     return pd.DataFrame(rows, columns=["clip_id", "angle", "r"])
 
 
-def of_the_set_up(agreement: pd.DataFrame, path: Path) -> MimelineError | None:
-    """The error to stop with, where most clips that can tell see an angle the other way round.
+def opposed_throughout(agreement: pd.DataFrame, path: Path) -> MimelineError | None:
+    """The error to stop with, where most sources that can tell have an angle the other way round.
 
-    agreement: as `compared` gives it. path: the pose table.
+    agreement: as `compared` gives it, with source_id; clips of one source are one. path: the pose
+    table.
     """
     for angle, clips in agreement.groupby("angle"):
         opposed = clips[clips["r"] < OPPOSED]
-        if len(opposed) < FEWEST_CLIPS or 2 * len(opposed) <= len(clips):
+        shown, could = opposed["source_id"].nunique(), clips["source_id"].nunique()
+        if not of_the_set_up(shown, could):
             continue
         first = opposed.iloc[0]
         return BadFile(
             path,
-            place=f"{len(opposed)} of the {len(clips)} clips that move enough",
+            place=f"{shown} of the {could} sources that move enough",
             found=f"{angle} against that of the tracking results, r = {first.r:.2f} in "
             f"{first.clip_id}",
             expected="a table and tracking results of the same pictures, that turn the same way",

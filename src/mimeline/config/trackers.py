@@ -11,75 +11,59 @@ AngleUnit = Literal["radians", "degrees"]
 OF_FACE_MODELS = ("metrical_tracker", "emoca", "flame", "bfm")  # formats of coefficients
 
 
-class LiveLink(Section):
+class Results(Section):
+    folder: str = Field(".", description="where the results lie, under data_dir")
+    fps: Rate = Field(
+        "30", description="frames per second of what was tracked, as 30 or 30000/1001"
+    )
+
+
+class OfFaceModel(Results):
+    fps: Rate = Field("25", description="frames per second of what was tracked")
+    face: str | None = Field(
+        None,
+        description="the face model's own file (FLAME's; BFM_model_front.mat), under data_dir, "
+        "through which expressions become ARKit channels; null: they do not",
+    )
+
+
+class LiveLink(Results):
     """Live Link Face CSV."""
 
-    folder: str = Field("livelink", description="where the CSV files lie, under data_dir")
-    fps: Rate = Field("30", description="frames per second of the take, as 30 or 30000/1001")
+    folder: str = Field("livelink", description="where the results lie, under data_dir")
     timecode_base: Count = Field(60, description="frames per second that the timecode counts in")
     angle_unit: AngleUnit = Field("radians", description="unit of the head and eye columns")
 
 
-class PyFeat(Section):
+class PyFeat(Results):
     """py-feat 2 tables."""
 
-    folder: str = Field(".", description="where the CSV files lie, under data_dir")
     fps: Rate = Field("25", description="frames per second of the videos that were analysed")
     stride: Count = Field(1, description="every n-th frame of the videos was analysed")
 
 
-class MediaPipe(Section):
+class MediaPipe(Results):
     """MediaPipe FaceLandmarker scores, CSV or JSON."""
 
-    folder: str = Field(".", description="where the CSV or JSON files lie, under data_dir")
-    fps: Rate = Field("30", description="frames per second of the videos that were analysed")
 
-
-class OpenFace(Section):
+class OpenFace(Results):
     """OpenFace 2 CSV."""
 
-    folder: str = Field(".", description="where the CSV files lie, under data_dir")
-    fps: Rate = Field("30", description="frames per second of the videos that were analysed")
 
-
-class MetricalTracker(Section):
+class MetricalTracker(OfFaceModel):
     """metrical-tracker: a folder of .frame files per clip."""
 
-    folder: str = Field(".", description="where the clips' folders lie, under data_dir")
-    fps: Rate = Field("25", description="frames per second that the tracker worked at")
-    face: str | None = Field(
-        None,
-        description="FLAME's model file, under data_dir, through which expressions become ARKit "
-        "channels; null: they do not",
-    )
 
-
-class Emoca(Section):
+class Emoca(OfFaceModel):
     """EMOCA or DECA codes: a folder per clip."""
 
-    folder: str = Field(".", description="where the clips' folders lie, under data_dir")
-    fps: Rate = Field("25", description="frames per second of the videos that were analysed")
-    face: str | None = Field(None, description="as for metrical_tracker")
 
-
-class Flame(Section):
+class Flame(OfFaceModel):
     """Sequences of FLAME coefficients, an npz file per clip."""
 
-    folder: str = Field(".", description="where the npz files lie, under data_dir")
-    fps: Rate = Field("25", description="frames per second")
-    face: str | None = Field(None, description="as for metrical_tracker")
 
-
-class Bfm(Section):
+class Bfm(OfFaceModel):
     """Sequences of 257 coefficients of the Basel Face Model, a .mat file per clip."""
-
-    folder: str = Field(".", description="where the .mat files lie, under data_dir")
-    fps: Rate = Field("25", description="frames per second")
-    face: str | None = Field(
-        None,
-        description="BFM_model_front.mat, under data_dir, through which expressions become ARKit "
-        "channels; null: they do not",
-    )
 
 
 class Column(Section):
@@ -89,11 +73,9 @@ class Column(Section):
     scale: float = Field(1.0, description="factor: -1 where the sign is the other way round")
 
 
-class Table(Section):
+class Table(Results):
     """Any table with a header, CSV or Parquet."""
 
-    folder: str = Field(".", description="where the tables lie, under data_dir")
-    fps: Rate = Field("30", description="frames per second")
     channels: dict[Literal[tuple(CHANNELS)], Column] = Field(
         {},
         description="channel: {column: its name, scale: a factor}; columns that bear a channel's "

@@ -72,7 +72,7 @@ def _from_file(path: Path) -> Face:
 
 
 def _from_npz(path: Path) -> Face:
-    arrays = read_arrays(path)
+    arrays = read_arrays(path, f"Write plain arrays with numpy.savez. {REMEDY}")
     if "expr_delta" in arrays:
         return ict.from_arrays(path, arrays)
     if "v_template" in arrays:

@@ -15,6 +15,7 @@ from mimeline.media.probe import probe
 from mimeline.tracking.formats.sixdrepnet import read_sixdrepnet
 from mimeline.vocabulary import EXPRESSIONS, canonical
 
+FACES = (".npz", ".pkl")  # endings of face models in one file
 GLANCE = 1 << 16  # bytes of a file that are looked at to tell what it is
 TABLES = {
     table.name if region is None else f"{table.name} of the {region} region": table

@@ -45,10 +45,11 @@ def inspect_folder(path: Path, options: Options) -> Inspection:
         seen.notes += [f"also here: {name} ({what})" for name, what in known[:SHOWN] if what]
         if unknown := [name for name, what in known if not what]:
             seen.notes.append(f"not known: {_list(unknown)}")
-    elif any(what for _, what in known):
-        seen.rows = [("name", "what"), *((name, what or "–") for name, what in known)]
     else:
-        return _nothing_known(path, rest)
+        known = known if any(what for _, what in known) else [(_name(c), _face(c)) for c in rest]
+        if not any(what for _, what in known):
+            return _nothing_known(path, rest)
+        seen.rows = [("name", "what"), *((name, what or "–") for name, what in known)]
     return seen
 
 
@@ -141,6 +142,12 @@ def _what(path: Path, options: Options) -> str:
     kinds = Counter(filter(None, (kind_of(p, options) for p in sorted(inner))))
     more = f" in its first {PEEKED} files" if kinds and len(inner) == PEEKED else ""
     return ", ".join(f"{n} × {kind}" for kind, n in kinds.items()) + more
+
+
+def _face(path: Path) -> str:
+    """ "face model" where a file is one; nobody can tell before it is loaded."""
+    named = path.suffix.lower() in files.FACES and path.is_file()
+    return "face model" if named and not files.face(path).error else ""
 
 
 def _name(path: Path) -> str:

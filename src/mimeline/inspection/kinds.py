@@ -7,8 +7,9 @@ from mimeline.inspection import files
 from mimeline.inspection.folder import inspect_folder
 from mimeline.inspection.inspection import Inspection
 from mimeline.inspection.options import Options
-from mimeline.inspection.recognise import format_of, is_video, may_be, video_beside
-from mimeline.inspection.take import compare_with_video, inspect_take
+from mimeline.inspection.recognise import format_of, is_video, may_be
+from mimeline.inspection.take import inspect_take
+from mimeline.tracking.formats.columns import header_of, read_columns
 from mimeline.tracking.readers import READERS
 
 EXPECTED = "a file or a folder that can be read"
@@ -16,9 +17,7 @@ OTHERS = {  # ending → what looks into such a file
     ".parquet": files.table,
     ".json": files.catalogue,
     ".csv": files.head_poses,
-    ".npz": files.face,
-    ".pkl": files.face,
-}
+} | dict.fromkeys(files.FACES, files.face)
 
 
 def inspect(path: Path, options: Options) -> Inspection:
@@ -39,7 +38,7 @@ def _inspect(path: Path, options: Options) -> Inspection:
         kind = BadFile if path.exists() else NoSuchFile
         raise kind(path, found=found, expected=EXPECTED, remedy="Check the path.")
     if format := options.format if options.named and path.is_file() else format_of(path, options):
-        return _take(path, format, options)
+        return inspect_take(path, format, options)
     if path.is_dir():
         return inspect_folder(path, options)
     if is_video(path):
@@ -47,7 +46,9 @@ def _inspect(path: Path, options: Options) -> Inspection:
     if (look := OTHERS.get(path.suffix.lower())) and (seen := look(path)):
         return seen
     if options.format and may_be(path, options.format):  # the configuration knows better
-        return _take(path, options.format, options)
+        return inspect_take(path, options.format, options)
+    if path.suffix.lower() == ".csv" and len(header_of(path)) == 1:
+        read_columns(path)  # says what separates them where it is no comma
     raise BadFile(
         path,
         found=_beginning(path),
@@ -55,13 +56,6 @@ def _inspect(path: Path, options: Options) -> Inspection:
         "a CelebV-Text catalogue, 6DRepNet angles or a face model",
         remedy="--format NAME reads it as that format and says what is missing.",
     )
-
-
-def _take(path: Path, format: str, options: Options) -> Inspection:
-    seen = inspect_take(path, format, options)
-    if not seen.error and (video := video_beside(path)):
-        compare_with_video(seen, video)
-    return seen
 
 
 def _beginning(path: Path) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import yaml
 
 from mimeline.config import validate
 from mimeline.errors import BadConfig, unreadable
-from mimeline.tracking.readers import Tracker
+from mimeline.tracking.readers import READERS, Tracker
 
 REMEDY = "config/README.md explains every key."
 
@@ -19,7 +20,8 @@ class Options:
     """How takes are read. data: the folder that paths lie under. ingest: that section, complete.
 
     format: the one to think of first, or None; named: think of no other. told: keys that somebody
-    gave, "openface.fps". exclude: names of files that a run leaves out.
+    gave, "openface.fps". exclude: names of files that a run leaves out. videos: where a run's lie;
+    film_fps: what it cuts them to; None where no configuration tells.
     """
 
     data: Path
@@ -28,6 +30,8 @@ class Options:
     named: bool
     told: frozenset[str]
     exclude: frozenset[str]
+    videos: Path | None
+    film_fps: Fraction | None
 
     def tracker(self, format: str) -> Tracker:
         """The reader of a format with its keys."""
@@ -48,6 +52,10 @@ def options(
     names no format holds for all that have it. format: the only one to be tried.
     Raises BadConfig or BadFile for what cannot be used, the first mistake of several.
     """
+    if format is not None and format not in READERS:
+        raise BadConfig(
+            "--format", found=repr(format), expected=f"one of {', '.join(READERS)}", remedy=REMEDY
+        )
     values = _from_yaml(config) if config else {}
     given = values.get("ingest") or {}
     if not isinstance(given, dict):
@@ -62,19 +70,23 @@ def options(
         _put(ingest, text)
     ingest |= {"format": format} if format else {}
     try:
-        catalogue = values.get("catalogue") or {}
-        settled = validate({"ingest": ingest, "catalogue": catalogue}, str(config or "--set"))
+        others = {section: values.get(section) or {} for section in ("catalogue", "fetch")}
+        settled = validate({"ingest": ingest} | others, str(config or "--set"))
     except ExceptionGroup as group:
         raise group.exceptions[0] from None
     exclude = frozenset(settled["catalogue"]["files"]["exclude"])
     told = {f"{key}.{k}" for key, v in ingest.items() if isinstance(v, dict) for k in v}
+    data = Path(values.get("data_dir") or ".")
+    fetch = settled["fetch"]
     return Options(
-        Path(values.get("data_dir") or "."),
+        data,
         settled["ingest"],
         format,
         named,
         frozenset(told),
         exclude,
+        videos=data / fetch["folder"] if config and fetch["folder"] else None,
+        film_fps=Fraction(fetch["fps"]) if fetch["fps"] else None,
     )
 
 
@@ -95,12 +107,12 @@ def _put(ingest: dict[str, Any], text: str) -> None:
     else:
         homes = []
     if not homes or not equals:
-        known = sorted({k for v in blocks.values() for k in v} - {"folder"})
+        known = {k for v in blocks.values() for k in v} | defaults.keys() - blocks.keys()
         raise BadConfig(
             "--set",
             place=text if equals else "",
             found="an unknown key" if equals else repr(text),
-            expected=f"KEY=VALUE with one of {', '.join(known)}",
+            expected=f"KEY=VALUE with one of {', '.join(sorted(known - {'folder', 'format'}))}",
             remedy=REMEDY,
         )
     for home in homes:

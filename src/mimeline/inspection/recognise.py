@@ -33,11 +33,13 @@ def is_video(path: Path) -> bool:
     return path.suffix.lower() in VIDEOS and path.is_file()
 
 
-def video_beside(take: Path) -> Path | None:
-    """The video that bears a take's name, in the same folder."""
+def video_of(take: Path, options: Options) -> Path | None:
+    """The video that bears a take's name: in the folder of a run's videos, or beside the take."""
     take = take.absolute()  # "." has no name
     stem = take.name if take.is_dir() else take.stem
-    return next(filter(is_video, (take.with_name(stem + ending) for ending in VIDEOS)), None)
+    folders = filter(None, (options.videos, take.parent))
+    videos = (folder / f"{stem}{ending}" for folder in folders for ending in VIDEOS)
+    return next(filter(is_video, videos), None)
 
 
 def kind_of(path: Path, options: Options) -> str | None:

@@ -11,14 +11,17 @@ from mimeline.config.trackers import OF_FACE_MODELS
 from mimeline.errors import MimelineError
 from mimeline.inspection.inspection import Inspection, Range
 from mimeline.inspection.options import Options
+from mimeline.inspection.recognise import video_of
 from mimeline.media.limits import Limits
 from mimeline.media.probe import probe
 from mimeline.tracking import firewall, loss
+from mimeline.tracking.matching import TOLERANCE, Result, of_another_film
 from mimeline.tracking.origins import UNTOLD
 from mimeline.tracking.take import Take
 from mimeline.vocabulary import CHANNELS, DEAD_RANGE
 
 STRETCHES = 10  # that a take is cut into to show its course, at most
+SAME_RATE = 0.01  # frames a second
 POOR = 0.5  # quality of a mapped channel, below which it is named
 
 
@@ -27,24 +30,28 @@ def inspect_take(path: Path, format: str, options: Options) -> Inspection:
     tracker = options.tracker(format)
     seen = Inspection(path, tracker.reader.convention.title, numbers={"format": format})
     try:
-        take = firewall.without_lost(
-            loss.with_loss(tracker.read(path), path, options.ingest["max_loss"])
-        )
+        result = Result.read(tracker, path, options.ingest["max_loss"])
     except MimelineError as error:
         seen.error = str(error)
         return seen
+    take = result.take
+    findings = firewall.examine(take, tracker.reader.convention.first_frame)
     if options.ingest["mirrored"] and format in OF_FACE_MODELS:
         seen.problems.append(f"ingest.mirrored: coefficients as of {format} have no sides")
     elif options.ingest["mirrored"]:
         take = take.mirrored()
     _clock(seen, take, format, options)
+    if zero := int(result.zero.sum()):
+        seen.facts["without face"] += f"; {zero} of them since every coefficient is 0"
     _channels(seen, take)
     _beside(seen, take)
     _failsafe(seen, take, options)
-    for finding in firewall.examine(take, tracker.reader.convention.first_frame):
+    for finding in findings:
         where = _frames(finding.first_frame, finding.last_frame)
         listed = seen.problems if finding.severity == "fail" else seen.notes
         listed.append(f"{finding.detail} ({where})" if where else finding.detail)
+    if video := video_of(path, options):
+        _compare(seen, take, video, options)
     return seen
 
 
@@ -157,23 +164,34 @@ def _failsafe(seen: Inspection, take: Take, options: Options) -> None:
         seen.notes.append(f"the limit of the tracking loss is {why}")
 
 
-def compare_with_video(seen: Inspection, video: Path) -> None:
-    """Hold a take against the video that bears its name: as many frames, at the same rate?"""
+def _compare(seen: Inspection, take: Take, video: Path, options: Options) -> None:
+    """Hold a take against the video that bears its name: does a run find them of one length?"""
     try:
         found = probe(video, Limits())
     except MimelineError as error:
         seen.notes.append(f"the video of that name cannot be read: {error}")
         return
-    frames, fps = seen.numbers["frames"], Fraction(seen.numbers["fps"])
     seen.facts["video"] = f"{video.name}: {found.n_frames} frames at {_rate(found.rate)} fps"
-    if abs(found.rate - fps) > 0.01:
+    frames, film_fps = len(take.motion), options.film_fps or take.fps
+    same_rate = abs(found.rate - film_fps) < SAME_RATE
+    n_film = found.n_frames if same_rate else round(found.duration_s * film_fps)
+    hint = ""
+    if abs(found.rate - take.fps) > SAME_RATE:
         seen.notes.append(
-            f"the video beside it has {_rate(found.rate)} frames a second, the take {_rate(fps)}"
+            f"the video of that name has {_rate(found.rate)} frames a second, the take "
+            f"{_rate(take.fps)}"
         )
-    elif frames != found.n_frames:
-        more = "more" if frames > found.n_frames else "fewer"
+        if abs(frames - found.n_frames) <= TOLERANCE:
+            hint = f"; as many frames as the video has at its own rate: --set fps={found.rate}?"
+    if wrong := of_another_film(take, film_fps, n_film):
+        _, facts = wrong
+        seen.problems.append(
+            f"{facts['detail']} ({_count(frames, 'frame')}, {video.name} comes to {n_film}{hint})"
+        )
+    elif frames != n_film:
+        more = "more" if frames > n_film else "fewer"
         seen.notes.append(
-            f"{_count(abs(frames - found.n_frames), 'frame')} {more} than the video beside it"
+            f"{_count(abs(frames - n_film), 'frame')} {more} than the video of that name{hint}"
         )
 
 

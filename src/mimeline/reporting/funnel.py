@@ -224,6 +224,8 @@ def _notes(rows: pd.DataFrame, order: Sequence[str]) -> list[Note]:
     named = noted["rule"].map(words.rule)
     why = detail.str.removeprefix(words.NOT_APPLIED)
     noted["text"] = named.where(~skipped, "rule “" + named + "” was not applied: " + why)
+    partly = detail.str.startswith(words.APPLIED_IN_PART)
+    noted.loc[partly, "text"] = "rule “" + named + "” was applied to some frames only"
     by_time = noted["rule"] == "split_by_time"
     noted.loc[by_time, "text"] = named + ": " + detail
     noted["example"] = detail.mask(skipped | by_time, "")

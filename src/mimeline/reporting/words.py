@@ -25,12 +25,14 @@ RULES: dict[str, str] = {
     "frame_count": "video and tracking result differ in length",
     "frame_rate": "video and tracking result differ in frame rate",
     "longer_than_clip": "the tracking result is longer than the clip",
+    "shorter_than_clip": "the tracking result is shorter than its clip",
     "tracking_lost": "the tracker lost the face in too many frames",
     "masked": "frames without a face are masked",
     "tracking_loss": "a frame’s tracking loss is too large",
     "sides_swapped": "left and right are exchanged",
     "eyes_disagree": "the two eyes look opposite ways",
     "angle_unit": "the angles are in another unit",
+    "still_head": "the head hardly moves",
     "dead_channels": "channels never move",
     "frozen": "the tracker repeats itself",
     "out_of_range": "coefficients leave the range from 0 to 1",
@@ -41,6 +43,7 @@ RULES: dict[str, str] = {
     "split_by_time": "parts are blocks of time",
 }
 NOT_APPLIED = "not applied: "
+APPLIED_IN_PART = "applied to the "
 TRACK_NAMES: dict[str, str] = {
     "brow": "brow",
     "lid": "lid",

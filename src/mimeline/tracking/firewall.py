@@ -26,7 +26,7 @@ from mimeline.tracking.detectors import (
 from mimeline.tracking.take import Take
 from mimeline.vocabulary import CHANNELS, EXPRESSIONS
 
-FEWEST_CLIPS = 3  # that show the same fault, before the set-up is blamed
+FEWEST_TAKES = 3  # that show the same fault, before the set-up is blamed
 FEWEST_CHANNELS = 10  # that may all be exactly 0 by no chance; two eyelids may
 
 
@@ -58,32 +58,41 @@ def tells(take: Take) -> frozenset[str]:
     return frozenset(rules)
 
 
+def of_the_set_up(shown: int, could: int) -> bool:
+    """Whether a fault is no take's own: three takes show it at least, and most of those that could.
+
+    shown, could: numbers of takes, or of sources.
+    """
+    return shown >= FEWEST_TAKES and 2 * shown > could
+
+
 def systemic(
     found: Mapping[str, list[Finding]],
     able: Mapping[str, frozenset[str]],
     folder: Path,
     format: str,
 ) -> MimelineError | None:
-    """The error to stop with, where it is the set-up that is at fault and not a clip.
+    """The error to stop with, where it is the set-up that is at fault and not a take.
 
-    found: clip → examine(take). able: clip → tells(take). folder: the tracker's. format: its name.
-    A fault that at least three clips show, and most of those that could, is no clip's own.
+    found: take → examine(take). able: take → tells(take). folder: the tracker's. format: its name.
+    A take is a tracking result, however many clips are cut out of it: it shows, and tells, what any
+    of them does.
     """
     for rule in ("angle_unit", "sides_swapped", "eyes_disagree"):
         shown = {
-            clip: finding
-            for clip, findings in found.items()
+            name: finding
+            for name, findings in found.items()
             for finding in findings
             if finding.rule == rule and finding.severity == "fail"
         }
         could = sum(rule in rules for rules in able.values())
-        if len(shown) < FEWEST_CLIPS or 2 * len(shown) <= could:
+        if not of_the_set_up(len(shown), could):
             continue
-        clip, finding = next(iter(shown.items()))
+        name, finding = next(iter(shown.items()))
         return BadFile(
             folder,
             place=f"{len(shown)} of the {could} takes that can tell",
-            found=f"{rule}: in {clip}, {finding.detail}",
+            found=f"{rule}: in {name}, {finding.detail}",
             expected=f"takes of {format} that agree with themselves",
             remedy=_remedy(rule, format),
         )
@@ -91,23 +100,23 @@ def systemic(
 
 
 def unreadable_alike(
-    errors: Mapping[str, MimelineError], n_clips: int, folder: Path
+    errors: Mapping[str, MimelineError], n_takes: int, folder: Path
 ) -> MimelineError | None:
-    """The error to stop with, where most of n_clips takes cannot be read for one and the same
+    """The error to stop with, where most of n_takes cannot be read for one and the same
     reason, which a key of the configuration mends.
 
-    errors: clip → what its reader refused it for.
+    errors: take → what its reader refused it for, each take once, however many clips it has.
     """
     alike: dict[tuple[str, str], list[str]] = {}
-    for clip, error in errors.items():
+    for name, error in errors.items():
         if "ingest." in error.remedy and "bad_values" not in error.remedy:  # cells are a file's own
-            alike.setdefault((error.expected, error.remedy), []).append(clip)
-    for (expected, remedy), clips in alike.items():
-        if len(clips) >= FEWEST_CLIPS and 2 * len(clips) > n_clips:
-            first = errors[clips[0]]
+            alike.setdefault((error.expected, error.remedy), []).append(name)
+    for (expected, remedy), names in alike.items():
+        if of_the_set_up(len(names), n_takes):
+            first = errors[names[0]]
             return BadFile(
                 folder,
-                place=f"{len(clips)} of {n_clips} takes",
+                place=f"{len(names)} of {n_takes} takes",
                 found=f"{first.found} (in {Path(first.file).name})",
                 expected=expected,
                 remedy=remedy,

@@ -14,10 +14,10 @@ import numpy as np
 import pandas as pd
 
 from mimeline.errors import BadFile, MissingColumn, unreadable
-from mimeline.tracking.take import Take
+from mimeline.tracking.take import REPROJECTION, Take
 
 OWN = "the tracker's own"
-REPROJECTION = "reprojection error of the landmarks"
+LEAST_COVERED = 0.9  # share of frames that a rule was applied to, below which the ledger says so
 MOST_BYTES = 1 << 28  # of a sidecar; metrical-tracker's log has some 1.5 kB a frame
 FRAME = re.compile("[0-9]{1,9}")
 LOGGED = re.compile(r"\[frame (\d{1,9})\] = .*\ball_loss=([^\s]{1,32})")
@@ -97,7 +97,7 @@ def _number(text: str, path: Path, place: str, remedy: str) -> float:
         raise BadFile(
             path, place=place, found=repr(text), expected="a loss", remedy=remedy
         ) from error
-    return math.inf if math.isnan(loss) else loss
+    return loss if math.isfinite(loss) else math.inf
 
 
 def _refuse_large(path: Path, expected: str, remedy: str) -> None:
@@ -158,11 +158,16 @@ def broken(take: Take, max_loss: float | None, max_reprojection: float | None) -
 
 
 def not_applied(take: Take, max_loss: float | None, max_reprojection: float | None) -> str | None:
-    """Why the rule could not be applied to a take, "not applied: ...", or None where it could."""
-    if not take.loss or take.motion["tracker_loss"].isna().all():
-        return "not applied: the tracker gives no loss"
+    """Why the rule could not be applied to a take, "not applied: ...", or to how many of its valid
+    frames it was, where these are few; None where there is nothing to say.
+    """
+    told, valid = take.motion["tracker_loss"].notna(), take.motion["valid"]
+    if not take.loss or not told.any():
+        return f"not applied: {take.no_loss or 'the tracker gives no loss'}"
     if take.loss == REPROJECTION and max_reprojection is None:
         return "not applied: no limit is set: ingest.max_reprojection"
     if take.loss != REPROJECTION and max_loss is None:
         return "not applied: no limit is set: ingest.max_loss"
+    if (covered := (told & valid).sum()) < LEAST_COVERED * valid.sum():
+        return f"applied to the {covered} of {valid.sum()} frames with a loss"
     return None

@@ -1,6 +1,7 @@
 """How the channels of a shard's takes were had, as the `origins` table."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 import pandas as pd
 
@@ -9,6 +10,18 @@ from mimeline.tracking.take import Origin, Take
 from mimeline.vocabulary import CHANNELS
 
 UNTOLD = Origin("the tracking results do not hold it", measured=False)
+
+
+def truthful(take: Take) -> Take:
+    """The take, whose origins call no channel measured that holds no number."""
+    named = [name for name, origin in take.origins.items() if origin.measured]
+    holds = take.motion[named].notna().any()
+    empty = {
+        name: Origin(f"{take.origins[name].text}: empty throughout", measured=False)
+        for name in named
+        if not holds[name]
+    }
+    return replace(take, origins={**take.origins, **empty}) if empty else take
 
 
 def origins_of(takes: Iterable[Take]) -> pd.DataFrame:

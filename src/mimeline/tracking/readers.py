@@ -17,6 +17,7 @@ from mimeline.tracking.formats import (
     pyfeat,
     table,
 )
+from mimeline.tracking.origins import truthful
 from mimeline.tracking.take import Take
 
 
@@ -90,7 +91,7 @@ class Tracker:
 
     def read(self, path: Path) -> Take:
         """The take at path. Raises MimelineError where it cannot be read."""
-        return self.reader.read(path, **self.reading)
+        return truthful(self.reader.read(path, **self.reading))
 
     def _fits(self, path: Path) -> bool:
         if path.name.startswith(".") or path.stem.lower().endswith(".loss"):  # a sidecar

@@ -11,6 +11,7 @@ import pandas as pd
 from mimeline.errors import BadFile
 from mimeline.vocabulary import CHANNELS
 
+REPROJECTION = "reprojection error of the landmarks"  # a loss that a reader works out itself
 MOST_FRAMES = 1_000_000  # in a take: nine hours at 30 fps
 
 
@@ -35,7 +36,10 @@ class Take:
     coefficients: other representations, named as in tables.COEFFICIENTS, each a table with its
     columns but clip_id and frame, row by row beside motion; NaN where a frame has none.
     origins: channel → how it was had. loss: what tracker_loss is ("the tracker's own"), empty where
-    there is none. first_frame: the number that the source gives to its first frame, if it counts.
+    there is none; no_loss: what it would take to have one, where the reader knows.
+    first_frame: the number that the source gives to its first frame, if it counts.
+    numbered: the source numbers or times its frames, so that those it leaves out are known; else a
+    row is a frame.
     """
 
     motion: pd.DataFrame
@@ -44,9 +48,11 @@ class Take:
     origins: Mapping[str, Origin] = field(default_factory=dict)
     loss: str = ""
     first_frame: int | None = None
+    numbered: bool = False
+    no_loss: str = ""
 
     def cut(self, start: int, end: int) -> "Take":
-        """Frames [start, end), counted from 0 anew."""
+        """Frames [start, end), counted from 0 anew; first_frame is told of the source's own."""
         inside = self.motion["frame"].between(start, end - 1).to_numpy()
         part = self.motion[inside]
         return replace(
@@ -56,6 +62,7 @@ class Take:
                 name: rows[inside].reset_index(drop=True)
                 for name, rows in self.coefficients.items()
             },
+            first_frame=None if start > 0 else self.first_frame,
         )
 
     def padded(self, n_frames: int) -> "Take":

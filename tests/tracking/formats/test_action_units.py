@@ -1,7 +1,10 @@
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
 
+from mimeline.errors import BadFile
 from mimeline.tables import COEFFICIENTS
 from mimeline.tracking.formats.action_units import ACTION_UNITS, channels, clipped
 from mimeline.vocabulary import CHANNELS, EXPRESSIONS
@@ -50,6 +53,13 @@ def test_every_expression_says_how_it_was_had_or_why_not():
 
 @pytest.mark.parametrize(("value", "within", "n"), [(-0.2, 0, 1), (5.1, 5, 1), (3, 3, 0)])
 def test_intensities_are_clipped_to_their_range_and_counted(value, within, n):
-    rows, n_outside = clipped(pd.DataFrame({"AU12_r": [value, np.nan]}))
+    rows, n_outside = clipped(pd.DataFrame({"AU12_r": [value, np.nan]}), Path())
     assert rows["AU12_r"].iloc[0] == within and n_outside == n
     assert np.isnan(rows["AU12_r"].iloc[1])
+
+
+@pytest.mark.parametrize("value", [-1.5, 6.5, 20, 100])
+def test_intensities_of_another_scale_are_refused(value):
+    rows = pd.DataFrame({"AU01_r": [0.0, 1], "AU12_r": [np.nan, value]})
+    with pytest.raises(BadFile, match=f"line 3, column AU12_r: found {value:g}"):
+        clipped(rows, Path())

@@ -161,7 +161,7 @@ def test_no_expressions_are_not_neutral_ones(face_file):
     rows[[name for name in FLAME if name.startswith("exp")]] = np.nan
     channels, origins = from_flame(rows, face_file)
     assert not set(MIXED) & set(channels)
-    assert origins["mouthFunnel"].text == "expressions are not given"
+    assert origins["mouthFunnel"].text == "not measured, since expressions are not given"
 
 
 def test_a_file_of_another_model_is_refused(tmp_path):
@@ -212,3 +212,24 @@ def test_the_basel_face_model_tells_no_eyes_and_through_its_file_the_rest(tmp_pa
         assert name not in channels and not origins[name].measured
     channels, origins = from_bfm(rows, None)
     assert not len(channels.columns) and origins["jawOpen"].text.endswith("no face model was given")
+
+
+def test_what_would_have_told_a_channel_is_said_where_nothing_does():
+    rows = at_rest()
+    rows[[name for name in FLAME if name.startswith(("jaw", "eyelid"))]] = np.nan
+    _, origins = from_flame(rows, None)
+    assert origins["jawOpen"].text == "no jaw rotation is given, and no face model was given"
+    assert origins["eyeBlinkLeft"].text == "no eyelids are given, and no face model was given"
+    assert origins["jawForward"].text == "not measured, since no face model was given"
+
+
+def test_a_jaw_that_turns_the_wrong_way_or_far_is_seen_as_it_does():
+    """So that what looks for values out of range finds them."""
+    rows = at_rest(eyelid_left=[0, -0.4, 1.6]).assign(**turning("jaw", 0.2, 0.2))
+    channels, _ = from_flame(rows, None)
+    assert channels["eyeBlinkLeft"].tolist() == [0, -0.4, 1.6]
+    assert channels["jawOpen"].iloc[-1] == pytest.approx(-0.2 / JAW_OPEN, abs=0.02)
+    assert channels["jawLeft"].iloc[-1] == pytest.approx(0.2 / JAW_SIDEWAYS, abs=0.05)
+    assert channels["jawRight"].iloc[-1] == 0
+    far, _ = from_flame(at_rest().assign(**turning("jaw", 0, -1.2)), None)
+    assert far["jawOpen"].iloc[-1] == 2

@@ -1,3 +1,4 @@
+import tracemalloc
 from pathlib import Path
 
 import cv2
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.io import savemat
 
 from mimeline.errors import BadFile, NoSuchFile
+from mimeline.face.rotations import turned
 from mimeline.tables import COEFFICIENTS
 from mimeline.tracking.formats import bfm
 from mimeline.tracking.take import Take
@@ -80,6 +82,30 @@ def test_other_shapes_are_refused(tmp_path, shape):
     with pytest.raises(BadFile, match="coeff"):
         taken(tmp_path, np.zeros(shape))
     assert not bfm.holds(tmp_path / "take.mat") or shape == (0, 257)
+
+
+def test_what_holds_asks_does_not_unpack_the_numbers(tmp_path):
+    savemat(tmp_path / "long.mat", {"coeff": np.ones((10_000, 257))}, do_compression=True)
+    tracemalloc.start()
+    assert bfm.holds(tmp_path / "long.mat")
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 200_000
+
+
+def test_a_head_turns_about_x_then_y_then_z_of_the_camera(tmp_path, coeff):
+    """Two angles at once, of which the second turns where the first has brought nose and crown."""
+    c, s = np.cos(0.5), np.sin(0.5)
+    for angles, nose, crown in (
+        ((0.5, 0.5, 0), (s * c, -s, c * c), (s * s, c, s * c)),  # down, then both to the right
+        ((0.5, 0, 0.5), (s * s, -s * c, c), (-s * c, c * c, s)),  # down, then counter-clockwise
+        ((0, 0.5, 0.5), (s * c, s * s, c), (-s, c, 0)),  # to the right, then counter-clockwise
+    ):
+        coeff[:, 224:227] = angles
+        motion = taken(tmp_path, coeff).motion
+        R = turned(*(motion[name].to_numpy() for name in HEAD))[0]
+        np.testing.assert_allclose(R[:, 2], nose, atol=1e-5)
+        np.testing.assert_allclose(R[:, 1], crown, atol=1e-5)
 
 
 @pytest.mark.parametrize("content", ["text", {"a": 1}, np.array(["a", 1], dtype=object)])

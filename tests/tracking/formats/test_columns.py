@@ -1,3 +1,5 @@
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -167,3 +169,28 @@ def test_a_channel_of_two_columns_is_their_mean_and_says_what_it_lacks():
     assert everything["jawOpen"].text == "column JawOpen"
     assert not everything["tongueOut"].measured
     assert everything["gaze_left"].measured
+
+
+def test_what_is_too_large_or_without_an_end_is_refused_unread(file):
+    path = file(f"{HEADER}\n0,0,a\n")
+    with open(path, "r+b") as written:
+        written.truncate(2**31)  # a sparse file: no byte is written
+    with pytest.raises(BadFile, match="found 2048 MiB, expected at most 1024 MiB"):
+        read_columns(path)
+    with pytest.raises(BadFile, match="no plain file"):
+        read_columns(Path("/dev/zero"))
+
+
+def test_a_large_file_is_not_taken_row_by_row(file):
+    wide = b"0," + b" " * 2**20 + b"0,a,9\n"
+    path = file(HEADER.encode() + b"\n" + wide * 65)
+    with pytest.raises(BadFile, match="found 65 MiB, expected at most 64 MiB.*last column"):
+        read_columns(path)
+
+
+@pytest.mark.parametrize("rest", ["", ","])
+def test_more_rows_than_a_take_may_have_are_refused(file, rest, monkeypatch):
+    monkeypatch.setattr("mimeline.tracking.formats.columns.MOST_ROWS", 3)
+    assert len(read_columns(file(f"{HEADER}\n" + f"0,0,a{rest}\n" * 3))) == 3
+    with pytest.raises(BadFile, match="more than 3 rows"):
+        read_columns(file(f"{HEADER}\n" + f"0,0,a{rest}\n" * 4))

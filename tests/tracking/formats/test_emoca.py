@@ -38,7 +38,7 @@ def test_folders_are_counted_from_1_and_a_missing_one_is_a_gap(tmp_path):
     take = taken(tmp_path)
     assert take.motion["valid"].tolist() == [False, True, True, False, True]
     np.testing.assert_allclose(take.motion["head_yaw_left"].dropna(), [0.2, 0.3, 0.5], atol=1e-6)
-    assert take.first_frame == 1
+    assert take.first_frame == 2  # which the firewall tells
 
 
 def test_a_folder_with_number_0_is_the_first_frame(tmp_path):
@@ -98,6 +98,15 @@ def test_decas_codes_are_read_from_mat_files_counted_from_0(tmp_path):
     assert take.first_frame is None
 
 
+@pytest.mark.parametrize(("first", "valid"), [(0, [1, 1]), (1, [1, 1]), (3, [0, 0, 1, 1])])
+def test_decas_frames_are_counted_from_1_where_they_do_not_begin_with_0(tmp_path, first, valid):
+    for number in (first, first + 1):
+        save(tmp_path, f"talk_frame{number:04d}")
+    take = taken(tmp_path)
+    assert take.motion["valid"].tolist() == [bool(v) for v in valid]
+    assert take.first_frame == (first or None)
+
+
 def test_decas_mat_without_codes_says_what_to_do(tmp_path):
     (tmp_path / "talk_frame0000").mkdir()
     savemat(tmp_path / "talk_frame0000" / "talk_frame0000.mat", {"verts": np.ones((9, 3))})
@@ -124,6 +133,19 @@ def test_a_frame_whose_codes_are_missing_fails_or_is_masked(tmp_path):
     assert taken(tmp_path, "mask").motion["valid"].tolist() == [True, False, True]
 
 
+def test_a_frame_whose_codes_are_half_written_fails_or_is_masked_unless_all_are(tmp_path):
+    for number in (1, 2, 3):
+        save(tmp_path, f"{number:06d}_000")
+    for number, content in ((2, b"\x93NUMPY"), (3, b"")):
+        (tmp_path / f"{number:06d}_000" / "exp.npy").write_bytes(content)
+    with pytest.raises(BadFile, match="exp.npy"):
+        taken(tmp_path)
+    assert taken(tmp_path, "mask").motion["valid"].tolist() == [True, False, False]
+    (tmp_path / "000001_000" / "pose.npy").write_bytes(b"")
+    with pytest.raises(BadFile, match="pose.npy"):
+        taken(tmp_path, "mask")
+
+
 @pytest.mark.parametrize("value", [np.nan, np.inf])
 def test_a_number_that_is_none_fails_or_masks_its_frame(tmp_path, value):
     for number in (1, 2):
@@ -143,6 +165,7 @@ def test_a_number_that_is_none_fails_or_masks_its_frame(tmp_path, value):
         np.zeros(49, "f4"),
         np.zeros(50, "c16"),
         np.zeros((1, 1, 50)),
+        np.zeros((25, 2), "f4"),
         np.array([print] * 50, dtype=object),
         np.zeros(50, [("a", "f4")]),
         np.array("text"),

@@ -1,3 +1,4 @@
+import tracemalloc
 import zipfile
 from fractions import Fraction
 from pathlib import Path
@@ -9,6 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from mimeline.errors import BadFile, NoSuchFile
+from mimeline.face.rotations import turned
 from mimeline.tables import COEFFICIENTS
 from mimeline.tracking.formats import flame
 from mimeline.tracking.take import MOST_FRAMES, Take
@@ -62,6 +64,52 @@ def test_mmhead_is_expression_neck_and_jaw(tmp_path):
 def test_the_head_turns_with_root_and_neck_together(tmp_path):
     take = taken(tmp_path, global_orient=about_y(0, 0.2), neck=about_y(0, 0.1))
     np.testing.assert_allclose(take.motion["head_yaw_left"], [0, 0.3], atol=1e-6)
+
+
+def test_the_neck_turns_within_the_root(tmp_path):
+    """The root tilts a head by 1.2 to its left, the neck lifts it by 0.5 about its own ears' axis:
+    the nose goes towards the crown, which points to the subject's left and up. The other way round
+    it would go straight up.
+    """
+    tilt, lift = np.array([[0, 0, -1.2]]), np.array([[-0.5, 0, 0]])
+    crown, forward = np.array([np.sin(1.2), np.cos(1.2), 0]), np.array([0, 0, 1])
+    motion = taken(tmp_path, global_orient=tilt, neck=lift).motion
+    found = turned(*(motion[name].to_numpy() for name in HEAD))[0]
+    nose, top = found[:, 2], found[:, 1]
+    np.testing.assert_allclose(nose, np.sin(0.5) * crown + np.cos(0.5) * forward, atol=1e-5)
+    np.testing.assert_allclose(top, np.cos(0.5) * crown - np.sin(0.5) * forward, atol=1e-5)
+
+
+def test_arrays_that_are_left_alone_are_named_where_something_is_not_measured(tmp_path):
+    exp = np.zeros((2, 50))
+    take = taken(tmp_path, exp=exp, jaw_rotation=exp[:, :3], head_pose=exp[:, :3])
+    for name, why in (("jawOpen", "no jaw rotation is given"), ("head_yaw_left", "no rotation")):
+        assert take.origins[name].text.startswith(why)
+        assert take.origins[name].text.endswith("; left alone: head_pose, jaw_rotation")
+    assert "left alone" not in taken(tmp_path, exp=exp).origins["jawOpen"].text
+
+
+@pytest.mark.parametrize("name", ["fps", "mocap_frame_rate"])
+def test_a_files_own_rate_goes_by_two_names(tmp_path, name):
+    with pytest.raises(BadFile, match="30"):
+        taken(tmp_path, pose=np.zeros((2, 3)), **{name: 30.0})
+    assert taken(tmp_path, pose=np.zeros((2, 3)), **{name: 25.0}).fps == 25
+
+
+def test_an_array_that_is_left_alone_is_not_unpacked(tmp_path):
+    arrays = {"exp": np.zeros((2, 50)), "verts": np.zeros((2000, 1000))}
+    np.savez_compressed(tmp_path / "take.npz", **arrays)
+    tracemalloc.start()
+    flame.read(tmp_path / "take.npz", fps="25", face=None, bad_values="fail")
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < arrays["verts"].nbytes / 2
+
+
+def test_every_name_of_an_array_is_on_the_page_that_the_remedy_names():
+    page = (Path(__file__).parents[3] / "docs" / "mapping.md").read_text()
+    assert "docs/mapping.md" in flame.REMEDY
+    assert [name for name in sorted(flame.KNOWN) if f"`{name}`" not in page] == []
 
 
 def test_what_is_not_told_is_not_measured(tmp_path):
@@ -129,6 +177,8 @@ def test_frame_numbers_that_do_not_rise_are_refused(tmp_path, frame):
         ({"jaw": np.array([[8.0, 0, 0], [12, 0, 0]])}, "rotation of jaw"),  # degrees
         ({"pose": np.array([[0, 20.0, 0], [0, 5, 0]])}, "rotation of head"),
         ({"exp": np.full((2, 50), 1e6)}, "exp000"),
+        ({"eyelids": np.array([[0.0, 1], [0, 5]])}, "eyelid_right, row 1"),
+        ({"eyelids": np.array([[-3.0, 1], [0, 1]])}, "eyelid_left, row 0"),
     ],
 )
 def test_what_is_no_sequence_of_coefficients_is_refused(tmp_path, arrays, found):

@@ -261,7 +261,8 @@ def test_drop_frame_counting_leaves_no_gap_where_a_minute_begins(livelink_rows, 
         (["10:00:00:00", "10:00:60:00"], 30, "line 3.*expected HH:MM:SS:FF"),
         (["10:00:00:00", "10:00:00:01.x"], 30, "line 3.*expected HH:MM:SS:FF"),
         (["10:00:00:00", ""], 30, "line 3.*expected HH:MM:SS:FF"),
-        (["10:00:00:01", "10:00:00:01"], 30, "line 3.*a later frame"),
+        (["10:00:00:01", "10:00:00:01"], 30, "line 3.*a later frame.*share their timecode"),
+        (["10:00:00:01", "10:00:00:00"], 30, "line 3.*a later frame.*in their order"),
     ],
 )
 def test_a_timecode_that_cannot_be_is_found_where_it_stands(

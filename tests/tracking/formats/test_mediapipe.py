@@ -182,7 +182,9 @@ def test_bytes_that_are_no_text_and_files_past_the_limits_are_refused(tmp_path):
         file.truncate(300 * 2**20)  # a sparse file: no byte is written
     with pytest.raises(BadFile, match="300 MiB"):
         mediapipe.read(path, "fail", "30")
-    path.write_bytes(b"[" + b"[]," * 9_000_000 + b"[]]")  # 27 MB of text, ten times that in memory
+    path.write_bytes(
+        b"[" + b"[]," * 2_100_000 + b"[]]"
+    )  # 6 MB of text, thirty times that in memory
     with pytest.raises(BadFile, match="parts"):
         mediapipe.read(path, "fail", "30")
 
@@ -212,6 +214,28 @@ def test_the_matrix_in_json_in_every_way_it_is_written(tmp_path, written):
     motion = read(frames, tmp_path).motion
     np.testing.assert_allclose(motion.loc[:2, list(HEAD)], [[0.2, -0.3, 0.1]] * 3, atol=1e-5)
     assert motion.loc[3, list(HEAD)].isna().all() and motion["valid"].all()
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        [f"matrix_{place}" for place in range(1, 17)],
+        [f"matrix_{place}" for place in range(15)],
+        [f"m{row}{column}" for row in range(1, 5) for column in range(1, 5)],
+        [f"transform_{row}_{column}" for row in range(4) for column in range(4)],
+        ["facialTransformationMatrix"],
+    ],
+)
+def test_a_matrix_that_is_numbered_otherwise_is_refused_and_not_dropped(tmp_path, names):
+    cells = pd.DataFrame([matrix().flatten()[: len(names)]] * 4, columns=names)
+    with pytest.raises(BadFile, match=f"{names[0]} ... {names[-1]}.*matrix_0 ... matrix_15"):
+        read(pd.concat([table(), cells], axis=1), tmp_path)
+
+
+def test_a_matrix_of_another_name_in_json_is_refused_and_not_dropped(tmp_path):
+    frames = [frame | {"matrix": matrix().tolist()} for frame in frames_of(table())]
+    with pytest.raises(BadFile, match="frame 0: found matrix, expected facialTransformation"):
+        read(frames, tmp_path)
 
 
 def test_a_very_long_name_is_no_matrix(tmp_path):
@@ -269,6 +293,12 @@ def test_frames_that_are_timed_leave_gaps(tmp_path):
     pd.testing.assert_frame_equal(read(frames, tmp_path).motion, motion)
 
 
+def test_a_take_that_begins_late_says_with_which_frame(tmp_path):
+    take = read(table().assign(timestamp_ms=[500, 533, 567, 600]), tmp_path)
+    assert take.first_frame == 15
+    assert take.motion["valid"].tolist() == [False] * 15 + [True] * 4
+
+
 @pytest.mark.parametrize(
     ("column", "told", "what"),
     [
@@ -278,6 +308,9 @@ def test_frames_that_are_timed_leave_gaps(tmp_path):
         ("frame", [0, 1, 2, 1e30], "frames in a take"),
         ("timestamp_ms", [0, 17, 33, 50], "33.33 from frame to frame"),
         ("timestamp_ms", [0, 67, 133, 200], "a row every 2 frames.*fps to 15"),
+        ("timestamp_ms", [0, 33_333, 66_667, 100_000], "33333 from row to row.*milliseconds"),
+        ("timestamp_ms", [0, 0.033, 0.067, 0.1], "write milliseconds"),
+        ("timestamp_ms", [1.7e12, 1.7e12 + 33, 1.7e12 + 67, 1.7e12 + 100], "Subtract the time"),
     ],
 )
 def test_numbering_that_fits_no_clock_is_refused(tmp_path, column, told, what):

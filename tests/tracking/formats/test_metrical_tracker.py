@@ -18,6 +18,7 @@ HEADLESS = [
     for name in COEFFICIENTS["flame"].schema.names[2:]
     if not name.startswith(("head_", "neck_"))
 ]
+LIDS = ["eyelid_left", "eyelid_right"]
 
 
 def flame_rows(n: int, **columns) -> pd.DataFrame:
@@ -82,6 +83,7 @@ def test_origins_tell_where_head_and_gaze_come_from_and_what_is_not_measured(fol
 def test_what_is_written_is_read(tmp_path_factory, seed, n):
     rng, folder = np.random.default_rng(seed), tmp_path_factory.mktemp("take")
     rows = pd.DataFrame(rng.normal(0, 0.4, (n, len(HEADLESS))), columns=HEADLESS)
+    rows[LIDS] = rng.random((n, 2))
     angles = rng.uniform(-0.9, 0.9, (3, n))
     valid = rng.random(n) < 0.7
     valid[-1] = True
@@ -225,7 +227,50 @@ def test_six_numbers_are_rows_and_not_columns(folder):
     assert read(folder).motion["valid"].all()
     change(folder, 3, camera={"R": matrix[:, :2].T.reshape(1, 6)})
     assert "camera.R: found another rotation than in opencv.R" in refusal(folder)
-    assert "another rotation" in refusal(folder, "mask")
+
+
+def test_a_frame_of_two_cameras_fails_the_clip_or_is_a_gap(folder):
+    change(folder, 3, camera={"R": np.float32([[1, 0, 0, 0, 1, 0]])})
+    assert "00003.frame" in refusal(folder)
+    assert read(folder, "mask").motion["valid"].tolist() == [True] * 3 + [False, True, True]
+
+
+def test_a_take_whose_frames_mostly_have_two_cameras_is_refused_whole(folder):
+    """All but the first, in which the head is at rest: there rows and columns are the same."""
+    for n in range(6):
+        content = read_saved(folder / "checkpoint" / f"{n:05d}.frame", "")
+        matrix = pytorch3d_of(content["opencv"]["R"][0])
+        change(folder, n, camera={"R": matrix[:, :2].T.reshape(1, 6)})
+    message = refusal(folder, "mask")
+    assert "00001.frame" in message and "another rotation than in opencv.R" in message
+
+
+@pytest.mark.parametrize("lacking", ["camera", "opencv"])
+def test_a_head_that_turns_lifts_and_tilts_is_read_as_it_is_seen(folder, lacking):
+    """The nose right of the middle of the picture and above it, the crown tilted about it."""
+    turn, lift, tilt = 0.3, 0.2, 0.25
+    right, up, near = np.float64([[1, 0, 0], [0, -1, 0], [0, 0, -1]])  # of OpenCV's camera
+    aside = np.cos(turn) * near + np.sin(turn) * right  # the nose of the turned head
+    nose = np.cos(lift) * aside + np.sin(lift) * up
+    upright = np.cos(lift) * up - np.sin(lift) * aside  # the crown, without the tilt
+    left = np.cross(upright, nose)
+    crown = np.cos(tilt) * upright + np.sin(tilt) * left
+    opencv = np.stack([np.cross(crown, nose), crown, nose], axis=1)
+    told = {"opencv": opencv[None], "camera": pytorch3d_of(opencv)[:2].reshape(1, 6)}
+    for n in range(6):
+        change(folder, n, **{name: {"R": R} for name, R in (told | {lacking: None}).items()})
+    found = read(folder).motion[list(HEAD)].iloc[0]
+    np.testing.assert_allclose(found, [turn, lift, tilt], atol=1e-6)
+
+
+def test_an_eye_that_looks_aside_and_up_is_read_as_it_looks(folder):
+    aside, up = 0.3, 0.2
+    look = np.array([np.sin(aside) * np.cos(up), np.sin(up), np.cos(aside) * np.cos(up)])
+    top = np.array([-np.sin(aside) * np.sin(up), np.cos(up), -np.cos(aside) * np.sin(up)])
+    eye = np.stack([np.cross(top, look), top, look], axis=1)[:2].ravel()
+    change(folder, 5, flame={"eyes": np.concatenate([eye, eye])[None]})
+    found = read(folder).motion[["gaze_left", "gaze_up"]].iloc[5]
+    np.testing.assert_allclose(found, [aside, up], atol=1e-6)
 
 
 def test_a_jaw_that_opens_turns_about_x_in_rows(folder):
@@ -289,6 +334,24 @@ def test_landmarks_belong_to_a_gap_too(folder):
     (folder / "checkpoint" / "00002.frame").unlink()
     table = read(folder).coefficients["landmarks"]
     assert len(table) == 6 and table.loc[2].isna().all() and table.loc[3, "x_00"] == 4
+
+
+@pytest.mark.parametrize(("name", "points"), [("kpt", 68), ("kpt_dense", 478)])
+@pytest.mark.parametrize(
+    ("first", "n", "found"),
+    [
+        (1, 7, "landmarks up to frame 6"),  # the tracker skipped one, or was stopped
+        (0, 7, "landmarks up to frame 6"),
+        (3, 6, "landmarks up to frame 7"),  # the skipped ones taken away, the others not renumbered
+        (1, 4, "2 missing"),
+        (1, 0, "6 missing"),
+    ],
+)
+def test_landmarks_of_another_numbering_are_refused(folder, name, points, first, n, found):
+    landmarks(folder, name, first=first, n=n, points=points)
+    for bad_values in ("fail", "mask"):
+        message = refusal(folder, bad_values)
+        assert found in message and "begin_frames" in message
 
 
 @pytest.mark.parametrize(

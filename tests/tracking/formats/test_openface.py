@@ -80,16 +80,30 @@ def test_a_row_without_success_is_a_lost_frame_whatever_it_holds(tmp_path):
     assert take.coefficients["action_units"].loc[2].isna().all()
 
 
-def test_the_surest_face_of_a_frame_is_taken_and_a_lost_one_never(tmp_path):
-    rows = golden("turns_left").head(2)
-    others = [
-        rows.assign(face_id=1, confidence=0.5, AU12_r=5.0),
-        rows.assign(face_id=2, confidence=0.99, AU12_r=4.0),
-        rows.assign(face_id=3, confidence=1.0, AU12_r=3.0, success=0),
-    ]
-    motion = read(pd.concat([rows, *others]), tmp_path).motion
-    assert motion["mouthSmileLeft"].tolist() == pytest.approx([0.8, 0.8])
-    assert motion["confidence"].tolist() == [0.99, 0.99]
+def test_the_face_that_is_surest_over_all_frames_is_taken_in_each(tmp_path, caplog):
+    rows = golden("turns_left").assign(confidence=0.8)
+    other = rows.assign(face_id=1, AU12_r=5.0, pose_Ry=0.5, confidence=[0.9, 0.3, 0.9, 0.3, 0.9])
+    lost = rows.assign(face_id=2, AU12_r=4.0, confidence=1.0, success=0)
+    alone = read(rows, tmp_path).motion
+    assert "faces" not in caplog.text
+    with caplog.at_level(logging.WARNING):
+        among = read(pd.concat([other, lost, rows]), tmp_path).motion
+    pd.testing.assert_frame_equal(among, alone)
+    assert "2 other faces are left out" in caplog.text
+
+
+def test_a_frame_that_holds_another_face_alone_is_lost(tmp_path):
+    rows = golden("turns_left")
+    rows.loc[[1, 4], "face_id"] = 7
+    motion = read(rows, tmp_path).motion
+    assert motion["valid"].tolist() == [True, False, True, True, False]
+    assert motion["confidence"].notna().tolist() == motion["valid"].tolist()
+
+
+def test_intensities_of_another_scale_are_refused(tmp_path):
+    rows = golden("turns_left").assign(AU01_r=[0, 20, 40, 60, 100])
+    with pytest.raises(BadFile, match="line 3, column AU01_r: found 20, expected an intensity"):
+        read(rows, tmp_path)
 
 
 @pytest.mark.parametrize("dropped", [[], ["face_id"]])
@@ -101,7 +115,7 @@ def test_a_frame_that_comes_twice_is_refused(tmp_path, dropped):
 
 def test_intensities_beyond_their_range_are_clipped_and_counted(tmp_path, caplog):
     rows = golden("turns_left")
-    rows.loc[0, "AU12_r"], rows.loc[1, "AU45_r"] = -0.3, 7.0
+    rows.loc[0, "AU12_r"], rows.loc[1, "AU45_r"] = -0.3, 5.7
     with caplog.at_level(logging.WARNING):
         take = read(rows, tmp_path)
     assert "2 action-unit intensities" in caplog.text

@@ -1,3 +1,4 @@
+import logging
 from fractions import Fraction
 
 import numpy as np
@@ -61,12 +62,48 @@ def test_angles_take_the_subjects_left_and_up_as_positive(pyfeat_rows, tmp_path)
     assert first["gaze_up"] == pytest.approx(0.4)
 
 
-def test_the_surest_of_several_faces_is_taken(pyfeat_rows, tmp_path):
-    pyfeat_rows["frame"] = [4, 4, 6]
-    pyfeat_rows["FaceScore"] = [0.5, 0.99, 0.8]
-    motion = read(pyfeat_rows, tmp_path).motion
-    assert motion["confidence"].iloc[2:].tolist() == [0.99, 0.8]
-    assert motion["jawOpen"].iloc[2] == pytest.approx(pyfeat_rows["jawOpen"].iloc[1])
+def at(rows, x, frames, scores):
+    """The rows with a face of 100 pixels at x (a number, or one per row)."""
+    box = {"FaceRectX": x, "FaceRectY": 50.0, "FaceRectWidth": 100.0, "FaceRectHeight": 100.0}
+    return rows.assign(**box, frame=frames, FaceScore=scores)
+
+
+def test_one_face_is_followed_from_its_surest_frame_though_others_are_surer(
+    pyfeat_rows, tmp_path, caplog
+):
+    own = at(pyfeat_rows, [100.0, 130.0, 160.0], [0, 2, 4], [0.7, 0.99, 0.6])
+    other = at(pyfeat_rows.assign(jawOpen=0.9), [400.0, 390.0, 380.0], [0, 2, 4], [0.9, 0.98, 0.95])
+    alone = read(own, tmp_path).motion
+    with caplog.at_level(logging.WARNING):
+        among = read(pd.concat([other, own]), tmp_path).motion
+    pd.testing.assert_frame_equal(among, alone)
+    assert "3 rows of other faces are left out" in caplog.text
+
+
+def test_a_frame_in_which_only_another_face_is_left_is_lost(pyfeat_rows, tmp_path):
+    own = at(pyfeat_rows, [100.0, 110.0, 120.0], [0, 2, 6], [0.99, 0.7, 0.7])
+    other = at(pyfeat_rows, [400.0, 390.0, 380.0], [2, 4, 6], [0.9, 0.9, 0.9])
+    motion = read(pd.concat([own, other]), tmp_path).motion
+    assert motion["valid"].tolist() == [True, True, False, True]
+    np.testing.assert_allclose(motion["confidence"], [0.99, 0.7, np.nan, 0.7])
+
+
+def test_a_row_without_a_rectangle_is_no_face_however_sure(pyfeat_rows, tmp_path):
+    own = at(pyfeat_rows, [100.0, 110.0, 120.0], [0, 2, 4], [0.7, 0.7, 0.7])
+    other = at(pyfeat_rows.assign(jawOpen=0.9), np.nan, [0, 2, 4], [0.9, 0.9, 0.9])
+    motion = read(pd.concat([other, own]), tmp_path).motion
+    pd.testing.assert_frame_equal(motion, read(own, tmp_path).motion)
+
+
+def test_several_faces_without_their_rectangles_are_refused(pyfeat_rows, tmp_path):
+    with pytest.raises(BadFile, match="FaceRectX.*several rows of a frame"):
+        read(pyfeat_rows.assign(frame=[4, 4, 6]), tmp_path)
+
+
+def test_a_frame_without_a_single_number_is_lost_though_its_face_was_found(pyfeat_rows, tmp_path):
+    numbers = pyfeat_rows.columns.drop(["frame", "input", "FaceScore"])
+    pyfeat_rows.loc[1, numbers] = np.nan  # written as empty cells
+    assert read(pyfeat_rows, tmp_path).motion["valid"].tolist()[2:] == [True, False, True]
 
 
 def test_a_frame_without_a_face_is_masked(pyfeat_rows, tmp_path):

@@ -169,6 +169,14 @@ def test_a_frame_without_landmarks_or_camera_has_no_loss(take, flame):
     assert np.flatnonzero(found.motion["tracker_loss"].isna()).tolist() == [0, 2]
 
 
+def test_a_frame_of_two_cameras_has_no_loss(take, flame):
+    turned_away = np.float32([[[-1, 0, 0], [0, -1, 0], [0, 0, 1]]])
+    change(take, SPOILT, opencv={"R": turned_away})
+    found = metrical_tracker.read(take, fps="25", face=flame, bad_values="mask").motion
+    assert np.flatnonzero(~found["valid"]).tolist() == [SPOILT]
+    assert np.flatnonzero(found["tracker_loss"].isna()).tolist() == [SPOILT]
+
+
 def test_a_gap_in_the_numbering_leaves_the_losses_at_their_frames(take, flame):
     spoil(take)
     (take / "checkpoint" / "00001.frame").unlink()

@@ -9,6 +9,7 @@ from hypothesis.extra import numpy as hnp
 
 from mimeline.errors import BadFile, MimelineError, MissingColumn
 from mimeline.tracking.formats import table
+from mimeline.tracking.loss import broken, with_loss
 from mimeline.tracking.take import assemble
 from mimeline.vocabulary import CHANNELS, EXPRESSIONS
 
@@ -60,7 +61,7 @@ def test_columns_of_a_channels_name_are_taken_without_a_mapping(read):
     np.testing.assert_allclose(take.motion["browDownLeft"], [0.4, 0.5, 0.6], rtol=1e-6)
     assert take.motion["browDownRight"].isna().all()
     assert take.origins["browDownLeft"].text == "column browDown_L"
-    assert take.first_frame is None and take.loss == ""
+    assert take.first_frame is None and not take.numbered and take.loss == ""
 
 
 def test_mapped_columns_are_scaled(read):
@@ -128,7 +129,7 @@ def test_frames_are_counted_from_the_configured_first_one(read):
     take = read(rows(number=[12, 10, 13]), frame="number", first_frame=10)
     assert take.motion["valid"].tolist() == [True, False, True, True]
     np.testing.assert_allclose(take.motion["jawOpen"], [0.2, np.nan, 0.1, 0.3], rtol=1e-6)
-    assert take.first_frame == 10
+    assert take.first_frame == 10 and take.numbered
 
 
 @pytest.mark.parametrize("number", [[1, 1, 2], [0, 0.5, 1], [-1, 0, 1], [0, 1, 3e9]])
@@ -139,8 +140,21 @@ def test_frames_that_are_no_count_are_refused(read, number):
 
 def test_a_column_of_frames_that_is_not_counted_by_must_count_the_rows(read):
     assert read(rows(frame=[7, 8, 9])).motion["valid"].all()
-    with pytest.raises(BadFile, match="column frame.*step of 2 after row 1.*ingest.table.frame"):
-        read(rows(frame=[0, 2, 3]))
+    assert read(rows(frame=[7, None, 9])).motion["valid"].all()
+    for name, told, found in [
+        ("frame", [0, 2, 3], "2 in row 2"),
+        ("Frame", [0, 1, 3], "3 in row 3"),
+        ("frame", [0, None, 3], "3 in row 3"),
+    ]:
+        with pytest.raises(BadFile, match=f"column {name}: found {found}.*ingest.table.frame"):
+            read(rows(**{name: told}))
+
+
+def test_a_column_of_frames_that_tells_no_number_counts_no_rows(tmp_path):
+    path = tmp_path / "take.csv"
+    rows(frame=["1.png", "2.png", "4.png"]).to_csv(path, index=False)
+    with pytest.raises(BadFile, match="column frame: found 1.png in row 1.*take the column out"):
+        table.read(path, **PLAIN)
 
 
 @pytest.mark.parametrize("ok", [[1, 0, 1], [True, False, True], [0.9, 0.0, 1.0], [1, None, 1]])
@@ -181,6 +195,40 @@ def test_confidence_and_loss_come_from_their_columns(read):
     assert take.motion["confidence"].tolist() == [0.9, 0.8, 0.7]
     assert take.motion["tracker_loss"].tolist() == [3, 2, 1]
     assert take.loss == "column energy"
+
+
+def test_a_loss_that_came_to_nothing_is_infinite_as_in_a_sidecar(tmp_path):
+    losses = ["0.5", "nan", "inf", "", " NaN", "-inf"]
+    inside, beside = tmp_path / "inside.csv", tmp_path / "beside.csv"
+    told = pd.DataFrame({"frame": range(6), "jawOpen": np.linspace(0, 1, 6), "loss": losses})
+    told.to_csv(inside, index=False)
+    told[["frame", "jawOpen"]].to_csv(beside, index=False)
+    told[["frame", "loss"]].to_csv(tmp_path / "beside.loss.csv", index=False)
+    sidecar = with_loss(table.read(beside, **PLAIN), beside, None).motion["tracker_loss"]
+    for bad_values in ("mask", "fail"):
+        options = PLAIN | {"loss": "loss", "bad_values": bad_values}
+        take = table.read(inside, **options)
+        assert take.motion["valid"].all()
+        np.testing.assert_array_equal(take.motion["tracker_loss"], sidecar)
+        facts = broken(take, max_loss=1.0, max_reprojection=None)
+        assert (facts["first_frame"], facts["value"]) == (1, np.inf)
+
+
+def test_a_loss_that_is_no_number_is_named_or_infinite(tmp_path):
+    path = tmp_path / "take.csv"
+    path.write_text("jawOpen,loss\n0.1,0.2\n0.2,high\n")
+    with pytest.raises(BadFile, match="line 3, column loss.*'high'"):
+        table.read(path, **PLAIN | {"loss": "loss"})
+    masked = table.read(path, **PLAIN | {"loss": "loss", "bad_values": "mask"})
+    assert masked.motion["tracker_loss"].tolist() == [0.2, np.inf]
+
+
+def test_a_parquets_null_is_no_loss_and_its_nan_an_infinite_one(tmp_path):
+    path = tmp_path / "take.parquet"
+    losses = pa.array([0.5, None, np.nan, np.inf], from_pandas=False)
+    pq.write_table(pa.table({"jawOpen": [0.1, 0.2, 0.3, 0.4], "loss": losses}), path)
+    told = table.read(path, **PLAIN | {"loss": "loss"}).motion["tracker_loss"]
+    np.testing.assert_array_equal(told, [0.5, np.nan, np.inf, np.inf])
 
 
 def test_values_far_out_of_range_are_refused_with_what_to_set(read):

@@ -1,1 +1,1 @@
-"""A file per format of tracking results: what it declares, its reader its writer."""
+"""A file per format of tracking results, and what several of them share."""

@@ -7,13 +7,18 @@ no side: both sides get the same number.
 
 import csv
 from dataclasses import dataclass
+from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
+from mimeline.errors import BadFile
+from mimeline.tracking.formats.columns import line_of
 from mimeline.tracking.take import Origin
 from mimeline.vocabulary import EXPRESSIONS, resource
 
 STRONGEST = 5.0  # FACS intensity E
+INTENSITY_RANGE = (-1.0, 6.0)  # estimates of 0-5 overshoot a little
 
 
 @dataclass(frozen=True)
@@ -47,11 +52,23 @@ ACTION_UNITS: tuple[ActionUnit, ...] = tuple(
 )
 
 
-def clipped(intensities: pd.DataFrame) -> tuple[pd.DataFrame, int]:
-    """The intensities within 0-5, and how many were not.
+def clipped(intensities: pd.DataFrame, path: Path) -> tuple[pd.DataFrame, int]:
+    """The intensities within 0-5, and how many were not. Raises BadFile far outside of it.
 
-    A post-processing that was interrupted leaves some below 0.
+    A post-processing that was interrupted leaves some below 0. The index counts the file's rows.
     """
+    low, high = INTENSITY_RANGE
+    beyond = ((intensities < low) | (intensities > high)).to_numpy()
+    if beyond.any():
+        row, column = np.argwhere(beyond)[0]
+        raise BadFile(
+            path,
+            place=f"line {line_of(path, intensities.index[row])}, "
+            f"column {intensities.columns[column]}",
+            found=f"{intensities.iat[row, column]:g}",
+            expected=f"an intensity from 0 to {STRONGEST:g}",
+            remedy="Bring the intensities back to their scale; else run the tracker again.",
+        )
     outside = (intensities < 0) | (intensities > STRONGEST)
     return intensities.clip(0, STRONGEST), int(outside.to_numpy().sum())
 

@@ -4,20 +4,21 @@ The jaw, the eyelids and the eyes tell theirs by themselves. Expressions are car
 what they do to the user's own face model and what ARKit's shapes do to the embedded one.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
-from scipy.spatial.transform import Rotation
 
 from mimeline.errors import BadFile
 from mimeline.face.load import load_face
 from mimeline.face.motion import LOOK_DOWN, LOOK_SIDEWAYS, LOOK_UP
 from mimeline.face.rotations import angles_of
 from mimeline.tables import AXES
+from mimeline.tracking.formats.columns import EXPRESSION_RANGE
+from mimeline.tracking.formats.model_coefficients import rotations_of
 from mimeline.tracking.take import Origin
 from mimeline.vocabulary import EXPRESSIONS, GAZE
 
@@ -26,10 +27,11 @@ if TYPE_CHECKING:
 
 # The jaw's turn at a coefficient of 1, radians: what fits these shapes of the embedded face best.
 JAW_OPEN, JAW_SIDEWAYS = 0.29, 0.14
-MOST = 1.05  # of a coefficient: real takes pass 1 a little
+MOST = 1.05  # of a coefficient that is solved or an eye's: real takes pass 1 a little
 EYES = {"Left": "left_eye", "Right": "right_eye"}
 LOOKS = tuple(name for name in EXPRESSIONS if name.startswith("eyeLook"))
-NO_FACE = Origin("not measured, since no face model was given", measured=False)
+JAW, LIDS = ("jawOpen", "jawLeft", "jawRight"), ("eyeBlinkLeft", "eyeBlinkRight")
+NO_FACE, NO_EXPRESSION = "no face model was given", "expressions are not given"
 
 Channels = tuple[pd.DataFrame, dict[str, Origin]]
 
@@ -41,7 +43,8 @@ def from_flame(rows: pd.DataFrame, face: Path | None) -> Channels:
     column without a number is one that the tracker does not give. face: the user's file of FLAME,
     or None. Left and right eye, jaw and expression are told against the head; the expression's
     movement is that without the jaw's.
-    Returns columns of vocabulary.CHANNELS, row by row beside rows, in [0, MOST] or radians.
+    Returns columns of vocabulary.CHANNELS, row by row beside rows, in [0, MOST] or radians; the
+    eyelids' and the jaw's as they are told, the jaw's within EXPRESSION_RANGE.
     Raises BadFile where the face is no FLAME.
     """
     channels: dict[str, np.ndarray] = {}
@@ -52,13 +55,15 @@ def from_flame(rows: pd.DataFrame, face: Path | None) -> Channels:
             channels[f"eyeBlink{side}"] = rows[column].to_numpy(float)
             origins[f"eyeBlink{side}"] = Origin(column)
     if _told(rows, _axes("jaw")):
-        left, up, _ = angles_of(_rotations(rows, "jaw"))
-        channels["jawOpen"] = -up / JAW_OPEN
-        channels["jawLeft"], channels["jawRight"] = left / JAW_SIDEWAYS, -left / JAW_SIDEWAYS
+        left, up, _ = angles_of(rotations_of(rows[_axes("jaw")]))
+        low, high = EXPRESSION_RANGE
+        channels["jawOpen"] = np.clip(-up / JAW_OPEN, low, high)
+        channels["jawLeft"] = np.clip(left / JAW_SIDEWAYS, 0, high)
+        channels["jawRight"] = np.clip(-left / JAW_SIDEWAYS, 0, high)
         origins["jawOpen"] = Origin(f"jaw rotation, 1 at {JAW_OPEN} rad")
         origins["jawLeft"] = origins["jawRight"] = Origin(f"jaw rotation, 1 at {JAW_SIDEWAYS} rad")
     if all(_told(rows, _axes(eye)) for eye in EYES.values()):
-        angles = {side: angles_of(_rotations(rows, eye)) for side, eye in EYES.items()}
+        angles = {side: angles_of(rotations_of(rows[_axes(eye)])) for side, eye in EYES.items()}
         channels |= _looks(angles)
         channels["gaze_left"] = (angles["Left"][0] + angles["Right"][0]) / 2
         channels["gaze_up"] = (angles["Left"][1] + angles["Right"][1]) / 2
@@ -67,7 +72,9 @@ def from_flame(rows: pd.DataFrame, face: Path | None) -> Channels:
     else:
         no_eyes = Origin("the eyes' rotations are not given", measured=False)
         origins |= dict.fromkeys((*LOOKS, *GAZE), no_eyes)
-    return _with_expression(rows, face, channels, origins)
+    lacking = dict.fromkeys(JAW, "no jaw rotation is given")
+    lacking |= dict.fromkeys(LIDS, "no eyelids are given")
+    return _with_expression(rows, face, channels, origins, lacking)
 
 
 def from_bfm(rows: pd.DataFrame, face: Path | None) -> Channels:
@@ -76,7 +83,7 @@ def from_bfm(rows: pd.DataFrame, face: Path | None) -> Channels:
     rows: columns of tables.COEFFICIENTS["bfm"]. face: the user's BFM_model_front.mat, or None.
     """
     no_eyes = Origin("the Basel Face Model has no eyes that turn", measured=False)
-    return _with_expression(rows, face, {}, dict.fromkeys((*LOOKS, *GAZE), no_eyes))
+    return _with_expression(rows, face, {}, dict.fromkeys((*LOOKS, *GAZE), no_eyes), {})
 
 
 def _with_expression(
@@ -84,15 +91,22 @@ def _with_expression(
     face: Path | None,
     channels: dict[str, np.ndarray],
     origins: dict[str, Origin],
+    lacking: Mapping[str, str],
 ) -> Channels:
-    """Channels and origins with those that the expression tells, where nothing else does."""
+    """Channels and origins with those that the expression tells, where nothing else does.
+
+    lacking: channel → what else would have told it.
+    """
     rest = tuple(name for name in EXPRESSIONS if name not in origins)
     told = rows.notna().any()
     columns = [name for name in rows.columns[told] if name.startswith("exp")]
-    if not columns:
-        origins |= dict.fromkeys(rest, Origin("expressions are not given", measured=False))
-    elif face is None:
-        origins |= dict.fromkeys(rest, NO_FACE)
+    if not columns or face is None:
+        why = NO_FACE if columns else NO_EXPRESSION
+        for name in rest:
+            text = (
+                f"{lacking[name]}, and {why}" if name in lacking else f"not measured, since {why}"
+            )
+            origins[name] = Origin(text, measured=False)
     else:
         way, n_shapes = _way(face, rest)
         solved = way.coefficients(_expressions(rows[columns], n_shapes, face), MOST)  # (n, S)
@@ -104,10 +118,7 @@ def _with_expression(
             else:
                 text = f"not possible: {face.name} cannot show it apart from other movements"
                 origins[name] = Origin(text, measured=False, quality=quality)
-    found = pd.DataFrame(channels, index=rows.index, dtype=float)
-    limited = [name for name in found if name in EXPRESSIONS]
-    found[limited] = found[limited].clip(0, MOST)
-    return found, origins
+    return pd.DataFrame(channels, index=rows.index, dtype=float), origins
 
 
 @cache
@@ -164,21 +175,12 @@ def _axes(joint: str) -> list[str]:
     return [f"{joint}_{axis}" for axis in AXES]
 
 
-def _rotations(rows: pd.DataFrame, joint: str) -> np.ndarray:
-    """Matrices (n, 3, 3) of a joint's axis times angle; NaN where a row has none."""
-    vectors = rows[_axes(joint)].to_numpy(float)  # (n, 3)
-    told = np.isfinite(vectors).all(axis=1)
-    matrices = np.full((len(vectors), 3, 3), np.nan)
-    matrices[told] = Rotation.from_rotvec(vectors[told]).as_matrix()
-    return matrices
-
-
 def _looks(angles: dict[str, tuple[np.ndarray, ...]]) -> dict[str, np.ndarray]:
-    """The eyeLook channels of each side's eye, which turns left and up by so many radians."""
+    """The eyeLook channels, in [0, MOST], of each side's eye, turned left and up by radians."""
     looks = {}
     for side, outwards in (("Left", 1), ("Right", -1)):
         left, up, _ = angles[side]
         looks[f"eyeLookOut{side}"] = outwards * left / LOOK_SIDEWAYS
         looks[f"eyeLookIn{side}"] = -outwards * left / LOOK_SIDEWAYS
         looks[f"eyeLookUp{side}"], looks[f"eyeLookDown{side}"] = up / LOOK_UP, -up / LOOK_DOWN
-    return looks
+    return {name: np.clip(values, 0, MOST) for name, values in looks.items()}

@@ -12,25 +12,23 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from scipy.spatial.transform import Rotation
 
 from mimeline.archives import mat
 from mimeline.errors import BadFile, MimelineError
 from mimeline.face.rotations import angles_of
-from mimeline.tables import AXES
+from mimeline.tables import AXES, COEFFICIENTS
 from mimeline.tracking.convention import Convention
 from mimeline.tracking.formats import arkit
+from mimeline.tracking.formats.model_coefficients import refuse_beyond
 from mimeline.tracking.take import MOST_FRAMES, Origin, Take, assemble
 from mimeline.vocabulary import HEAD
 
 WIDTH = 257
 KEPT = np.r_[80:144, 224:227, 254:257]  # expression, angles, translation
-COLUMNS = [
-    *(f"exp{number:03d}" for number in range(64)),
-    *(f"angle_{axis}" for axis in AXES),
-    *(f"translation_{axis}" for axis in AXES),
-]
-MOST_BYTES = 500_000_000
-LARGEST = 100.0  # coefficients count standard deviations: what is beyond is no coefficient
+COLUMNS = COEFFICIENTS["bfm"].schema.names[2:]  # without clip_id and frame
+ANGLES = [f"angle_{axis}" for axis in AXES]
+MOST_BYTES = 300_000_000  # as doubles: an hour and a half at 25 frames a second
 
 ENDINGS = (".mat",)
 CONVENTION = Convention(
@@ -60,7 +58,9 @@ CONVENTION = Convention(
 def holds(path: Path) -> bool:
     """Whether a .mat file holds 257 coefficients a frame."""
     try:
-        return path.suffix.lower() in ENDINGS and _coefficients(path).shape[1] == WIDTH
+        if path.suffix.lower() not in ENDINGS:
+            return False
+        return mat.shapes(path, ["coeff"]).get("coeff", ())[1:] == (WIDTH,)
     except MimelineError:
         return False
 
@@ -95,8 +95,8 @@ def read(path: Path, fps: str, face: Path | None, bad_values: str) -> Take:
     rows = pd.DataFrame(rows, columns=COLUMNS)
     _refuse_out_of_range(rows, path)
     channels, origins = arkit.from_bfm(rows, face)
-    radians = rows[[f"angle_{axis}" for axis in AXES]].to_numpy()
-    head = pd.DataFrame(dict(zip(HEAD, angles_of(_rotations(radians)), strict=True)))
+    turns = Rotation.from_euler("xyz", rows[ANGLES]).as_matrix()  # (n, 3, 3), Rz Ry Rx
+    head = pd.DataFrame(dict(zip(HEAD, angles_of(turns), strict=True)))
     origins = origins | dict.fromkeys(HEAD, Origin("angle_x, angle_y, angle_z, as a rotation"))
     motion = assemble(np.arange(len(rows)), valid, channels.join(head), np.nan, path)
     return Take(motion, Fraction(fps), {"bfm": rows.astype("float32")}, origins)
@@ -116,32 +116,14 @@ def _coefficients(path: Path) -> np.ndarray:
 
 
 def _refuse_out_of_range(rows: pd.DataFrame, path: Path) -> None:
-    largest = rows.abs().max()
-    angles = [f"angle_{axis}" for axis in AXES]
-    if (largest[angles] > np.pi).any():
+    largest = rows[ANGLES].abs().max().max()
+    if largest > np.pi:
         raise BadFile(
             path,
             place="variable coeff, columns 224 to 226",
-            found=f"an angle of {largest[angles].max():.3g}",
+            found=f"an angle of {largest:.3g}",
             expected="radians within half a turn",
             remedy="Give the angles in radians, in the order of Deep3DFaceReconstruction.",
         )
-    if (largest > LARGEST).any():
-        raise BadFile(
-            path,
-            place=f"variable coeff, {largest.idxmax()}",
-            found=f"{largest.max():.3g}",
-            expected=f"coefficients within {LARGEST:g}",
-            remedy="Give the coefficients as Deep3DFaceReconstruction's network tells them.",
-        )
-
-
-def _rotations(angles: np.ndarray) -> np.ndarray:
-    """R = Rz Ry Rx (n, 3, 3) of angles (n, 3) about x, y, z in radians; NaN where an angle is."""
-    (cx, cy, cz), (sx, sy, sz) = np.cos(angles).T, np.sin(angles).T
-    rows = [
-        [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],
-        [sz * cy, sz * sy * sx + cz * cx, sz * sy * cx - cz * sx],
-        [-sy, cy * sx, cy * cx],
-    ]
-    return np.moveaxis(np.array(rows), -1, 0)  # (3, 3, n) → (n, 3, 3)
+    remedy = "Give the coefficients as Deep3DFaceReconstruction's network tells them."
+    refuse_beyond(rows, "variable coeff, ", remedy, path)

@@ -11,9 +11,12 @@ import pandas as pd
 from pandas.errors import DtypeWarning, ParserError, ParserWarning
 
 from mimeline.errors import BadFile, MissingColumn, NoSuchFile
-from mimeline.tracking.take import Origin
+from mimeline.tracking.take import MOST_FRAMES, Origin
 from mimeline.vocabulary import CHANNELS, EXPRESSIONS, canonical
 
+LARGEST = 2**30  # bytes of a file: MOST_FRAMES rows of Live Link Face, of OpenFace an hour
+LARGEST_BY_ROW = 2**26  # of one that is taken row by row, in many times its size of memory
+MOST_ROWS = 4 * MOST_FRAMES  # with a row for each face of a frame
 EXPRESSION_RANGE = (-1.0, 2.0)  # coefficients of [0, 1] overshoot a little
 
 
@@ -34,6 +37,7 @@ def read_columns(
     """
     spelt = {name.casefold(): name for name in (*known, *needed, *text)}
     try:
+        _check_size(path, LARGEST, "Split the take.")
         spaced = any(name.startswith(" ") for name in _first_row(path, spaced=False))
         names = [name.strip() for name in _first_row(path, spaced)]
         names = [spelt.get(name.casefold(), name) for name in names]
@@ -190,6 +194,18 @@ def line_of(path: Path, row: int) -> int:
         return row + 2
 
 
+def _check_size(path: Path, most_bytes: int, remedy: str) -> None:
+    if path.exists() and not path.is_file():  # a device has no end
+        raise BadFile(path, found="no plain file", expected="a CSV table", remedy="Name the file.")
+    if (n_bytes := path.stat().st_size) > most_bytes:
+        raise BadFile(
+            path,
+            found=f"{n_bytes / 2**20:.0f} MiB",
+            expected=f"at most {most_bytes / 2**20:.0f} MiB",
+            remedy=remedy,
+        )
+
+
 def _first_row(path: Path, spaced: bool) -> list[str]:
     with open(path, encoding="utf-8-sig", newline="") as file:
         return next(filter(None, csv.reader(file, skipinitialspace=spaced)), [])
@@ -245,7 +261,18 @@ def _parsed(path: Path, names: list[str], text: tuple[str, ...], spaced: bool) -
             table = _read(path, names, [*told, *doubtful], spaced)
     except (ParserWarning, ParserError):
         table = _by_row(path, len(names))
+    if len(table) > MOST_ROWS:
+        raise _too_many_rows(path)
     return table.set_axis(names, axis=1)
+
+
+def _too_many_rows(path: Path) -> BadFile:
+    return BadFile(
+        path,
+        found=f"more than {MOST_ROWS} rows",
+        expected=f"a take of at most {MOST_FRAMES} frames",
+        remedy="Split the take.",
+    )
 
 
 def _read(path: Path, names: list[str], text: list[int], spaced: bool) -> pd.DataFrame:
@@ -260,6 +287,7 @@ def _read(path: Path, names: list[str], text: list[int], spaced: bool) -> pd.Dat
             index_col=False,
             dtype=dict.fromkeys(text, str),
             na_filter=False,
+            nrows=MOST_ROWS + 1,
             skipinitialspace=spaced,  # slow
             encoding="utf-8-sig",
             compression=None,
@@ -271,6 +299,7 @@ def _by_row(path: Path, width: int) -> pd.DataFrame:
 
     Raises BadFile at the first row that holds something there.
     """
+    _check_size(path, LARGEST_BY_ROW, "Take out what stands beyond the header's last column.")
     rows = []
     with open(path, encoding="utf-8-sig", newline="") as file:
         records = csv.reader(file, skipinitialspace=True, strict=True)
@@ -284,5 +313,7 @@ def _by_row(path: Path, width: int) -> pd.DataFrame:
                     expected=f"{width}, as many as the header has",
                     remedy="Export the take again; commas within numbers are not understood.",
                 )
+            if len(rows) == MOST_ROWS:
+                raise _too_many_rows(path)
             rows.append(cells[:width] + [""] * (width - len(cells)))
     return pd.DataFrame(rows, columns=range(width), dtype=str)

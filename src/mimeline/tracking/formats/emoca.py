@@ -1,10 +1,11 @@
 """EMOCA's and DECA's codes: a folder per clip, in it a folder per frame and face.
 
 EMOCA numbers the frames of a video from 1 and the faces of a frame from 0 (000001_000), and saves
-exp.npy and pose.npy in each; DECA counts from 0 (<name>_frame0000), and its codes are in
-<frame>.mat. A frame without a face has no folder. FLAME's vertices go to the picture by a scaling
-and a shift, then y and z change sign: so the camera looks along FLAME's -z with y up, and the root
-rotation is the head's against the camera as it stands; nothing is turned about.
+exp.npy and pose.npy in each; DECA counts from 0 (<name>_frame0000), or from 1 where the pictures
+that it was given do, and its codes are in <frame>.mat. A frame without a face has no folder.
+FLAME's vertices go to the picture by a scaling and a shift, then y and z change sign: so the camera
+looks along FLAME's -z with y up, and the root rotation is the head's against the camera as it
+stands; nothing is turned about.
 Source: Feng et al. 2021 (DECA), Danecek et al. 2022 (EMOCA), and the authors' code.
 """
 
@@ -71,7 +72,8 @@ def read(path: Path, fps: str, face: Path | None, bad_values: str) -> Take:
     """Read the codes of a clip; of several faces in a frame, the first that was found.
 
     fps: of the video. face: the user's FLAME file, or None. bad_values: "fail" or "mask", of
-    numbers that are none and of folders whose codes are missing.
+    numbers that are none and of folders whose codes are missing or cannot be read; where none of
+    them can be, the take cannot.
     Raises BadFile, with the frame, for what are no such codes.
     """
     folder, frames, kind = _home(path)
@@ -81,12 +83,16 @@ def read(path: Path, fps: str, face: Path | None, bad_values: str) -> Take:
     read_code = READ[kind]()
     numbers = sorted(frames)
     rows = np.full((len(numbers), len(COLUMNS)), np.nan)
+    failure = None
     for row, number in enumerate(numbers):
         name = frames[number][min(frames[number])]
         try:
-            code = read_code(folder / name)
-        except OSError as error:
-            raise _no_code(folder / name, str(error)) from error
+            code = _code(read_code, folder / name)
+        except BadFile as error:
+            if bad_values == "fail":
+                raise
+            failure = failure or error
+            continue
         if code is not None:
             rows[row] = code
         elif bad_values == "fail":
@@ -97,18 +103,28 @@ def read(path: Path, fps: str, face: Path | None, bad_values: str) -> Take:
                 expected="those of every frame that has a folder",
                 remedy="Run it again, or set ingest.bad_values: mask to treat it as a gap.",
             )
+    if failure and np.isnan(rows).all():
+        raise failure
     counted = any(FRAME.fullmatch(next(iter(f.values())))["counted"] for f in frames.values())
-    first = 0 if counted or numbers[0] == 0 else 1
     return take_of(
         pd.DataFrame(rows, columns=COLUMNS),
-        np.array(numbers) - first,
+        np.array(numbers) - min(numbers[0], 1),
         np.ones(len(numbers), bool),
         Fraction(fps),
         face,
         bad_values,
         path,
-        first_frame=None if counted else first,
+        first_frame=None if counted and numbers[0] == 0 else numbers[0],
+        numbered=True,
     )
+
+
+def _code(read_code: Callable, folder: Path) -> np.ndarray | None:
+    """A frame's code, None where its folder has none. Raises BadFile where it cannot be read."""
+    try:
+        return read_code(folder)
+    except OSError as error:
+        raise _no_code(folder, str(error)) from error
 
 
 def _home(path: Path) -> tuple[Path, Frames, str]:
@@ -188,7 +204,7 @@ def _kind(folder: Path, frames: Frames) -> str:
 
 def _npy_reader() -> Callable[[Path], np.ndarray | None]:
     """What reads a frame's exp.npy and pose.npy; their headers are all alike, and parsed once."""
-    types: dict[bytes, np.dtype] = {}
+    types: dict[bytes, tuple[tuple[int, ...], np.dtype]] = {}
 
     def vector(path: Path, length: int) -> np.ndarray:
         with open(path, "rb", buffering=0) as file:
@@ -197,7 +213,9 @@ def _npy_reader() -> Callable[[Path], np.ndarray | None]:
         header = data[:start]
         if header not in types:
             types[header] = _type_of(header, path)
-        kind = types[header]
+        shape, kind = types[header]
+        if shape not in ((length,), (1, length)):
+            raise _no_code(path, f"shape {shape}", length)
         if len(data) - start != length * kind.itemsize:
             raise _no_code(path, f"{len(data) - start} bytes", length)
         return np.frombuffer(data, kind, length, start)
@@ -211,8 +229,8 @@ def _npy_reader() -> Callable[[Path], np.ndarray | None]:
     return code
 
 
-def _type_of(header: bytes, path: Path) -> np.dtype:
-    """The type of the numbers of an .npy file with this header."""
+def _type_of(header: bytes, path: Path) -> tuple[tuple[int, ...], np.dtype]:
+    """Shape and type of the numbers of an .npy file with this header."""
     file = io.BytesIO(header)
     try:
         if np.lib.format.read_magic(file) != (1, 0):
@@ -222,7 +240,7 @@ def _type_of(header: bytes, path: Path) -> np.dtype:
         raise _no_code(path, "a spoilt header") from error
     if kind.kind not in "fiu" or len(shape) > 2:
         raise _no_code(path, f"{kind} of {len(shape)} axes"[:100])
-    return kind
+    return shape, kind
 
 
 def _no_code(path: Path, found: str, length: int | str = "a code's") -> BadFile:

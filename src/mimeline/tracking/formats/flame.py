@@ -4,8 +4,8 @@ What a name means is told by its width alone where it means several things; one 
 two names is refused. flame_take has the axes and the order of the joints.
 """
 
-import zipfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
@@ -14,14 +14,13 @@ import pandas as pd
 
 from mimeline.archives import npz
 from mimeline.atomic import whole
-from mimeline.errors import BadFile
+from mimeline.errors import BadFile, MimelineError
 from mimeline.tracking.convention import Convention
-from mimeline.tracking.formats.flame_take import EXPRESSION, joint, take_of
+from mimeline.tracking.formats.flame_take import EXPRESSION, EYELIDS, joint, take_of
 from mimeline.tracking.take import MOST_FRAMES, Take
 
 ROOT, NECK, JAW = joint("head"), joint("neck"), joint("jaw")
 LEFT_EYE, RIGHT_EYE = joint("left_eye"), joint("right_eye")
-EYELIDS = ["eyelid_left", "eyelid_right"]
 
 # What arrays are called → the columns that one holds, by its width; 0: any width up to these.
 GROUPS: tuple[tuple[tuple[str, ...], dict[int, list[str]]], ...] = (
@@ -49,9 +48,12 @@ WRITTEN = {
     "reye_pose": RIGHT_EYE,
     "eyelids": EYELIDS,
 }
-FRAME, VALID, RATE = ("frame", "frames"), ("valid",), ("fps",)
+FRAME, VALID, RATE = ("frame", "frames"), ("valid",), ("fps", "mocap_frame_rate")
+KNOWN = frozenset((*LAYOUTS, *FRAME, *VALID, *RATE))
+NAMED = 8  # of the arrays that are left alone
+MOST_BYTES = 500_000_000  # of a take's arrays: a million frames of 100 singles
 
-REMEDY = "docs/conventions.md lists the names and shapes; write the arrays with numpy.savez."
+REMEDY = "docs/mapping.md lists the names and shapes; write the arrays with numpy.savez."
 
 ENDINGS = (".npz",)
 CONVENTION = Convention(
@@ -83,25 +85,30 @@ def holds(path: Path) -> bool:
     try:
         if path.suffix.lower() not in ENDINGS or not path.is_file():
             return False
-        with zipfile.ZipFile(path) as archive:
-            return any(name.removesuffix(".npy") in LAYOUTS for name in archive.namelist())
-    except Exception:  # a damaged archive raises whatever its bytes ask for
+        return any(name in LAYOUTS for name in npz.array_names(path, REMEDY))
+    except (OSError, MimelineError):
         return False
 
 
 def read(path: Path, fps: str, face: Path | None, bad_values: str) -> Take:
-    """Read a sequence, a row per frame.
+    """Read a sequence, a row per frame; arrays of other names are left alone, and it is told.
 
     fps: frames per second; a file that tells its own must agree. face: the user's FLAME file, or
     None. bad_values: "fail" or "mask", of numbers that are none.
     Raises BadFile for what is no such sequence.
     """
-    arrays = npz.read_arrays(path)
-    rows = _rows(arrays, path)
+    names = npz.array_names(path, REMEDY)
+    arrays = npz.read_arrays(path, REMEDY, KNOWN, MOST_BYTES)
+    others = sorted(set(names) - KNOWN)
+    rows = _rows(arrays, others, path)
     _agree(_one(arrays, RATE, path), Fraction(fps), path)
-    frame = _frames(_one(arrays, FRAME, path), len(rows), path)
+    told = _one(arrays, FRAME, path)
+    frame = _frames(told, len(rows), path)
     valid = _flags(_one(arrays, VALID, path), len(rows), path)
-    return take_of(rows, frame, valid, Fraction(fps), face, bad_values, path)
+    take = take_of(
+        rows, frame, valid, Fraction(fps), face, bad_values, path, numbered=told is not None
+    )
+    return _with_others(take, others)
 
 
 def write(path: Path, take: Take) -> None:
@@ -120,8 +127,21 @@ def write(path: Path, take: Take) -> None:
         np.savez_compressed(file, **arrays, valid=valid, fps=float(take.fps))
 
 
-def _rows(arrays: Mapping[str, np.ndarray], path: Path) -> pd.DataFrame:
-    """The coefficients (n, any) that a file's arrays tell."""
+def _with_others(take: Take, others: Sequence[str]) -> Take:
+    """The take, where what it does not tell names the arrays that were left alone."""
+    if not others:
+        return take
+    listed = ", ".join(name[:40] for name in others[:NAMED])
+    beside = f"; left alone: {listed}" + (" and more" if len(others) > NAMED else "")
+    origins = {
+        name: origin if origin.measured else replace(origin, text=origin.text + beside)
+        for name, origin in take.origins.items()
+    }
+    return replace(take, origins=origins)
+
+
+def _rows(arrays: Mapping[str, np.ndarray], others: Sequence[str], path: Path) -> pd.DataFrame:
+    """The coefficients (n, any) that a file's arrays tell. others: names that mean nothing here."""
     found: dict[str, tuple[str, np.ndarray]] = {}  # column → name of its array, numbers
     count = None
     for name, array in arrays.items():
@@ -158,7 +178,7 @@ def _rows(arrays: Mapping[str, np.ndarray], path: Path) -> pd.DataFrame:
     if count is None:
         raise BadFile(
             path,
-            found=f"arrays {', '.join(sorted(arrays)[:8]) or 'of no name'}",
+            found=f"arrays {', '.join(sorted([*arrays, *others])[:8]) or 'of no name'}",
             expected="an array named expression, pose, jaw_pose or the like",
             remedy=REMEDY,
         )
@@ -212,7 +232,7 @@ def _agree(told: np.ndarray | None, fps: Fraction, path: Path) -> None:
     if told is not None and (told.size != 1 or not abs(told.item() / float(fps) - 1) < 1e-4):
         raise BadFile(
             path,
-            place="array fps",
+            place=f"array {' or '.join(RATE)}",
             found=f"{told.item():g}" if told.size == 1 else f"shape {told.shape}",
             expected=f"{float(fps):g} frames per second, as the configuration has it",
             remedy="Correct ingest.flame.fps.",

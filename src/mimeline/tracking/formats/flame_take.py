@@ -12,18 +12,19 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy.spatial.transform import Rotation
 
 from mimeline.errors import BadFile
 from mimeline.face.rotations import angles_of
 from mimeline.tables import AXES, COEFFICIENTS
 from mimeline.tracking.formats import arkit
+from mimeline.tracking.formats.columns import EXPRESSION_RANGE
+from mimeline.tracking.formats.model_coefficients import refuse_beyond, rotations_of
 from mimeline.tracking.take import Origin, Take, assemble
 from mimeline.vocabulary import HEAD
 
 COLUMNS = COEFFICIENTS["flame"].schema.names[2:]  # without clip_id and frame
 EXPRESSION = [name for name in COLUMNS if name.startswith("exp")]
-LARGEST = 100.0  # coefficients count standard deviations: what is beyond is no coefficient
+EYELIDS = ["eyelid_left", "eyelid_right"]
 FARTHEST = {"head": 3.3, "neck": 1.7, "jaw": 1.7, "left_eye": 1.7, "right_eye": 1.7}
 # radians that half of a take's frames may be beyond; degrees are, but for a face at rest
 
@@ -42,12 +43,13 @@ def take_of(
     bad_values: str,
     path: Path,
     first_frame: int | None = None,
+    numbered: bool = False,
 ) -> Take:
     """A take of those of FLAME's coefficients that are told.
 
     told (n, any of COLUMNS): what is missing is not known. frame (n,): rising numbers from 0 on.
     valid (n,) bool. face: the user's FLAME file, or None. bad_values: "fail" or "mask", of what is
-    no number. first_frame: as in Take.
+    no number. first_frame, numbered: as in Take.
     Raises BadFile where a valid frame holds what is no coefficient, or a head faces away.
     """
     with np.errstate(over="ignore"):
@@ -70,7 +72,7 @@ def take_of(
     origins = origins | dict.fromkeys(HEAD, origin)
     motion = assemble(frame, valid, channels.join(head), np.nan, path)
     table = rows.set_index(frame).reindex(pd.RangeIndex(len(motion)))
-    return Take(motion, fps, {"flame": table}, origins, first_frame=first_frame)
+    return Take(motion, fps, {"flame": table}, origins, first_frame=first_frame, numbered=numbered)
 
 
 def _refuse_out_of_range(told: pd.DataFrame, path: Path) -> None:
@@ -88,14 +90,18 @@ def _refuse_out_of_range(told: pd.DataFrame, path: Path) -> None:
                 expected="axis times angle in radians",
                 remedy="Turn degrees into radians.",
             )
-    largest = told.abs().max()
-    if (largest > LARGEST).any():
+    refuse_beyond(told, "", "Give FLAME's coefficients as its layer takes them.", path)
+    low, high = EXPRESSION_RANGE
+    lids = told[[name for name in EYELIDS if name in told]]
+    beyond = ((lids < low) | (lids > high)).to_numpy()
+    if beyond.any():
+        row, column = np.argwhere(beyond)[0]
         raise BadFile(
             path,
-            place=f"{largest.idxmax()}",
-            found=f"{largest.max():.3g}",
-            expected=f"coefficients within {LARGEST:g}",
-            remedy="Give FLAME's coefficients as its layer takes them.",
+            place=f"{lids.columns[column]}, row {row} (from 0)",
+            found=f"{lids.iat[row, column]:.3g}",
+            expected="0 for an open eye, 1 for a closed one",
+            remedy="Give the eyelids as metrical-tracker has them, or leave them out.",
         )
 
 
@@ -122,8 +128,3 @@ def _head(rows: pd.DataFrame, path: Path) -> tuple[pd.DataFrame, Origin]:
         )
     head = pd.DataFrame(dict(zip(HEAD, angles_of(turns), strict=True)), index=rows.index)
     return head, Origin(text)
-
-
-def rotations_of(vectors: pd.DataFrame) -> np.ndarray:
-    """Matrices (n, 3, 3) of rotations (n, 3) by axis times angle; NaN where a row is."""
-    return Rotation.from_rotvec(np.array(vectors, np.float64)).as_matrix()

@@ -120,7 +120,7 @@ def read(path: Path, fps: str, timecode_base: int, angle_unit: str, bad_values: 
     radians = angles(values[rotations], angle_unit, path, remedy)
     turns, origins = by_channel(radians, CONVENTION.signs)
     motion = assemble(frame, ~bad, channels.join(turns), np.nan, path)
-    return Take(motion, Fraction(fps), origins=all_origins(columns, origins))
+    return Take(motion, Fraction(fps), origins=all_origins(columns, origins), numbered=True)
 
 
 def write(
@@ -211,14 +211,21 @@ def _frames(timecodes: pd.Series, fps: Fraction, base: int, path: Path) -> np.nd
     median = float(np.median(since_last)) if len(since_last) else 1 / rate
     if backward.any() or median * rate < TOO_FAST:
         row = int(np.argmax(backward)) + 1
+        remedy = "Export the take again, its frames in their order."
+        if median == 0:
+            remedy = "Most rows share their timecode: export the take again, with frames in it."
+        elif median <= day / 2:
+            remedy = (
+                f"The rows come at about {1 / median:.0f} per second: where that is not so, set "
+                "ingest.livelink.fps to the take's rate, or ingest.livelink.timecode_base to what "
+                "the timecode counts in; else export the take again."
+            )
         raise BadFile(
             path,
             place=f"line {line_of(path, row)}, column Timecode",
             found=f"{timecodes.iloc[row]!r} after {timecodes.iloc[row - 1]!r}",
             expected=f"a later frame at {fps} fps",
-            remedy=f"The rows come at about {1 / max(median, 1e-3):.0f} per second: where that is "
-            "not so, set ingest.livelink.fps to the take's rate, or ingest.livelink.timecode_base "
-            "to what the timecode counts in; else export the take again.",
+            remedy=remedy,
         )
     steps = _steps(since_last * rate)
     if len(steps) and (stride := int(np.quantile(steps, 0.1, method="lower"))) > 1:

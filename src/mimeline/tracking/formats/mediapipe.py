@@ -21,14 +21,16 @@ from mimeline.face.motion import LOOK_DOWN, LOOK_SIDEWAYS, LOOK_UP
 from mimeline.face.rotations import angles_of
 from mimeline.tracking.convention import Convention
 from mimeline.tracking.formats.columns import expressions, header_of, numbers, read_columns
-from mimeline.tracking.formats.mediapipe_results import names_scores, rows_of
+from mimeline.tracking.formats.mediapipe_results import NUMBERING, names_scores, rows_of
 from mimeline.tracking.take import MOST_FRAMES, Origin, Take, assemble
-from mimeline.vocabulary import EXPRESSIONS, canonical
+from mimeline.vocabulary import EXPRESSIONS, GAZE, HEAD, canonical
 
 NEVER = "tongueOut"
 DEAD = ("cheekPuff", "noseSneerLeft", "noseSneerRight", "eyeWideLeft", "eyeWideRight")
 OTHERS = frozenset(("Timecode", "FaceScore"))  # columns of formats that bear the same names
 LONGEST = 80  # letters of a column's name that is looked at
+FEWEST_CELLS = 9  # columns m11, m12 ... that are taken for a matrix
+LATEST = 60_000  # milliseconds at which a take may begin: before, nobody had a face
 STRETCH = 1.01  # of the longest axis against the shortest, in a matrix of rotation and scale
 
 ENDINGS = (".csv", ".json")
@@ -70,7 +72,8 @@ def read(path: Path, bad_values: str, fps: str) -> Take:
 
     bad_values: "fail" or "mask". fps: rate of the video that was analysed. Rows are frames; where
     a column `frame` numbers them, from 0, or `timestamp_ms` times them, those left out are gaps.
-    The matrix's sixteen numbers are columns matrix_0 ... matrix_15, or m00 ... m33.
+    The matrix's sixteen numbers are columns matrix_0 ... matrix_15, or m00 ... m33; columns that
+    look like it and are numbered otherwise are refused.
     Raises BadFile.
     """
     in_json = path.suffix.lower() == ".json"
@@ -85,32 +88,37 @@ def read(path: Path, bad_values: str, fps: str) -> Take:
             remedy="Turn on output_face_blendshapes, and write names beside the scores.",
         )
     table, frame, first_frame = _clock(table, Fraction(fps), path, bad_values)
-    cells = _matrix_columns(table)
+    cells = _matrix_columns(table, path)
     values, bad = numbers(table, [*columns, *cells], path, bad_values, blank_ok=True)
     channels = expressions(values[columns], path)
     found = channels.notna().any(axis=1).to_numpy() & ~bad
     origins = {name: _origin(name, name in channels) for name in EXPRESSIONS}
 
-    head = ("head_yaw_left", "head_pitch_up", "head_tilt_left")
     if cells:
         turns = _rotations(values[cells].to_numpy().reshape(-1, 4, 4), path)
-        channels = channels.assign(**dict(zip(head, angles_of(turns), strict=True)))
-        origins |= dict.fromkeys(head, Origin("facial transformation matrix"))
+        channels = channels.assign(**dict(zip(HEAD, angles_of(turns), strict=True)))
+        origins |= dict.fromkeys(HEAD, Origin("facial transformation matrix"))
     else:
         absent = Origin("without the facial transformation matrix", measured=False)
-        origins |= dict.fromkeys(head, absent)
+        origins |= dict.fromkeys(HEAD, absent)
     gaze, origin = _gaze(channels)
     channels = channels.assign(**gaze)
-    origins |= dict.fromkeys(("gaze_left", "gaze_up"), origin)
+    origins |= dict.fromkeys(GAZE, origin)
     motion = assemble(frame, found, channels, np.nan, path)
-    return Take(motion, Fraction(fps), origins=origins, first_frame=first_frame)
+    return Take(
+        motion,
+        Fraction(fps),
+        origins=origins,
+        first_frame=first_frame,
+        numbered=any(name in table for name in NUMBERING),
+    )
 
 
 def _clock(
     table: pd.DataFrame, fps: Fraction, path: Path, bad_values: str
 ) -> tuple[pd.DataFrame, np.ndarray, int | None]:
     """The rows in the order of frames, their frames from 0, and the first one's number."""
-    column = next((name for name in ("frame", "timestamp_ms") if name in table), None)
+    column = next((name for name in NUMBERING if name in table), None)
     if column is None:
         return table, np.arange(len(table)), None
     told, bad = numbers(table, [column], path, bad_values)
@@ -126,32 +134,65 @@ def _clock(
             expected="whole numbers from 0 on, each once"
             if column == "frame"
             else f"milliseconds from 0 on, {1000 / float(fps):.4g} from frame to frame",
-            remedy="Set ingest.mediapipe.fps to the video's rate, or number the frames.",
+            remedy="Set ingest.mediapipe.fps to the video's rate, or number the frames."
+            if column == "frame"
+            else "Set ingest.mediapipe.fps to the video's rate; write milliseconds, or frames.",
         )
-    number = np.minimum(number, MOST_FRAMES).astype("int64").sort_values()
+    number = number.sort_values()
+    if column == "timestamp_ms":
+        _check_milliseconds(told[number.index], number, fps, path)
+    number = np.minimum(number, MOST_FRAMES).astype("int64")
+    return table.loc[number.index], number.to_numpy(), int(number.iloc[0])
+
+
+def _check_milliseconds(told: pd.Series, number: pd.Series, fps: Fraction, path: Path) -> None:
+    """Raises BadFile for times of another unit, another beginning or another rate.
+
+    told: timestamps in their order. number: the frames that they mean.
+    """
     step = int(number.diff().median()) if len(number) > 1 else 1
-    if column == "timestamp_ms" and step > 1:
-        raise BadFile(
-            path,
-            place="column timestamp_ms",
-            found=f"a row every {step} frames",
-            expected=f"{fps} rows per second",
-            remedy=f"Set ingest.mediapipe.fps to {float(fps) / step:g}.",
-        )
-    first = int(number.iloc[0]) if column == "frame" else None
-    return table.loc[number.index], number.to_numpy(), first
+    expected = f"milliseconds since the video's first frame, {1000 / float(fps):.4g} a frame"
+    if told.iloc[0] > LATEST:
+        found = f"{told.iloc[0]:.10g} in the first row"
+        remedy = "Subtract the time of the video's first frame from all of them."
+    elif step > fps:
+        found = f"{told.diff().median():.10g} from row to row"
+        remedy = "Write them in milliseconds: seconds x 1000, microseconds / 1000."
+    elif step > 1:
+        found, expected = f"a row every {step} frames", f"{fps} rows per second"
+        remedy = f"Set ingest.mediapipe.fps to {float(fps / step):g}."
+    else:
+        return
+    raise BadFile(path, place="column timestamp_ms", found=found, expected=expected, remedy=remedy)
 
 
-def _matrix_columns(names: Iterable[str]) -> list[str]:
-    """The columns of the matrix's sixteen numbers in their order; none where they are not there."""
+def _matrix_columns(names: Iterable[str], path: Path) -> list[str]:
+    """The columns of the matrix's sixteen numbers in their order; none where there is no matrix.
+
+    Raises BadFile where columns look like a matrix's and are not numbered as one.
+    """
+    names = [name for name in names if len(name) <= LONGEST]
     numbered: dict[str, dict[int, str]] = {}
-    for name in (name for name in names if len(name) <= LONGEST):
+    for name in names:
         if match := re.fullmatch(r"(?i)(.*(?:matrix|transform)\D*)(\d{1,2})", name):
             numbered.setdefault(match[1], {})[int(match[2])] = name
         elif match := re.fullmatch(r"(?i)m_?([0-3])_?([0-3])", name):
             numbered.setdefault("m", {})[4 * int(match[1]) + int(match[2])] = name
-    whole = (cells for cells in numbered.values() if set(cells) == set(range(16)))
-    return [cells[place] for cells in whole for place in range(16)][:16]
+    for cells in numbered.values():
+        if set(cells) == set(range(16)):
+            return [cells[place] for place in range(16)]
+    named = [name for name in names if re.search(r"(?i)matrix|transform", name)]
+    lettered = [name for name in names if re.fullmatch(r"(?i)m_?\d_?\d", name)]
+    alike = named or (lettered if len(lettered) >= FEWEST_CELLS else [])
+    if alike:
+        raise BadFile(
+            path,
+            place="line 1",
+            found=f"{alike[0]} ... {alike[-1]}",
+            expected="a matrix's columns as matrix_0 ... matrix_15, or m00 ... m33",
+            remedy="Rename the columns, or take them out: the head is then not measured.",
+        )
+    return []
 
 
 def _rotations(matrices: np.ndarray, path: Path) -> np.ndarray:

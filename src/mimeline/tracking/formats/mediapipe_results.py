@@ -16,14 +16,16 @@ from mimeline.errors import BadFile, unreadable
 from mimeline.tracking.formats.columns import EXPRESSION_RANGE
 from mimeline.vocabulary import canonical
 
-LARGEST = 2**28  # bytes of a file: some four minutes of whole results with their landmarks
-MOST_PARTS = 16_000_000  # values, lists and objects, which take far more memory than their text
+LARGEST = 2**27  # bytes of a file
+# Values, lists and objects, which take far more memory than their text: 40 s of whole results with
+# their landmarks, 8 min of categories.
+MOST_PARTS = 4_000_000
 PEEK = 2**18  # bytes that are looked at to tell a file: two results with their landmarks
 FACES = ("faceBlendshapes", "face_blendshapes")
 MATRICES = ("facialTransformationMatrixes", "facial_transformation_matrixes")
 NAMES = ("categoryName", "category_name")
 MATRIX = tuple(f"matrix_{place}" for place in range(16))
-NUMBERING = ("frame", "timestamp_ms")
+NUMBERING = ("frame", "timestamp_ms")  # what says when a frame was, the first that there is
 
 
 def names_scores(path: Path) -> bool:
@@ -102,6 +104,7 @@ def _row(frame: Any, place: str, path: Path, bad_values: str) -> dict[str, float
     if isinstance(frame, dict):
         told = [name for name in NUMBERING if name in frame]
         row |= {name: _number(frame[name], name, place, path, bad_values) for name in told}
+        _check_matrix_named(frame, place, path)
         matrices = next((frame[key] for key in MATRICES if key in frame), None)
         faces = next((frame[key] for key in FACES if key in frame), frame)
     categories = _categories(faces, place, path)
@@ -127,6 +130,19 @@ def _row(frame: Any, place: str, path: Path, bad_values: str) -> dict[str, float
 @lru_cache(maxsize=1024)
 def _channel(name: str) -> str | None:
     return canonical(name)
+
+
+def _check_matrix_named(frame: dict[str, Any], place: str, path: Path) -> None:
+    """Raises BadFile where a matrix stands under a name of which nothing is known."""
+    for key in frame:
+        if "matri" in key.casefold() and key not in MATRICES:
+            raise _refused(
+                path,
+                place,
+                found=key[:40],
+                expected=" or ".join(MATRICES),
+                remedy="Rename it, or leave it out: the head is then not measured.",
+            )
 
 
 def _categories(faces: Any, place: str, path: Path) -> list[tuple[str, Any]]:

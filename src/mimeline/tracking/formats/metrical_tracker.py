@@ -2,58 +2,39 @@
 
 A .frame is what torch.save makes of NumPy arrays: FLAME's coefficients, and the camera twice, in
 PyTorch3D's axes and in OpenCV's. FLAME's own head stays at rest; the camera goes round it, and so
-tells the head's pose. A rotation of six numbers is the first two rows of its matrix.
+tells the head's pose.
 """
 
-import math
 import re
-from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from scipy.spatial.transform import Rotation
 
-from mimeline.archives.torch_saved import read_saved, write_saved
+from mimeline.archives.torch_saved import write_saved
 from mimeline.errors import BadFile, unreadable
 from mimeline.tracking.convention import Convention
-from mimeline.tracking.formats.flame_take import EXPRESSION, joint, rotations_of, take_of
+from mimeline.tracking.formats.flame_take import EXPRESSION, joint, take_of
 from mimeline.tracking.formats.kpt import landmarks_of
+from mimeline.tracking.formats.metrical_frame import FIELDS, SEEN, WIDTH, field_of, read_frame
+from mimeline.tracking.formats.metrical_rotations import (
+    cameras_of,
+    head_of,
+    matrices_of,
+    six_of,
+    vectors_of,
+)
+from mimeline.tracking.formats.model_coefficients import rotations_of
 from mimeline.tracking.formats.reprojection import reprojection_error
-from mimeline.tracking.loss import REPROJECTION
-from mimeline.tracking.take import MOST_FRAMES, Origin, Take
+from mimeline.tracking.take import MOST_FRAMES, REPROJECTION, Origin, Take
 from mimeline.vocabulary import HEAD
 
 CHECKPOINT = "checkpoint"
 NAME = re.compile(r"([0-9]{1,9})\.frame")
 EYELIDS = ["eyelid_left", "eyelid_right"]
-OPENCV_FROM_FLAME = np.diag([1.0, -1.0, -1.0])  # for a face that looks into the camera
-OPENCV_FROM_PYTORCH3D = np.diag([-1.0, -1.0, 1.0])
-TOLERANCE = 1e-2  # of a rotation's entries, between the two cameras and from being a rotation
 PIXELS, FOCUS = 512, 5000 / 512  # of a picture's side; in halves of it, as the tracker begins with
-
-# What a frame tells → its shape, but for the leading 1; and what only its landmarks are held to.
-FIELDS: dict[str, tuple[int, ...]] = {
-    "flame.exp": (len(EXPRESSION),),
-    "flame.jaw": (6,),
-    "flame.eyes": (12,),
-    "flame.eyelids": (2,),
-    "camera.R": (6,),
-    "opencv.R": (3, 3),
-}
-SEEN = {"flame.shape": (300,), "opencv.t": (3,), "opencv.K": (3, 3)}
-FEWER = ("flame.exp", "flame.shape")  # a tracker may have less of them: the others rest
-ENDS = np.cumsum([math.prod(shape) for shape in (FIELDS | SEEN).values()])
-PLACES = {
-    name: slice(end - math.prod(shape), end)
-    for (name, shape), end in zip((FIELDS | SEEN).items(), ENDS, strict=True)
-}
-REMEDY = (
-    "Let the tracker make the frame anew (delete it and those after it, and start it again), or "
-    "set ingest.bad_values: mask to treat it as a gap."
-)
 
 ENDINGS: tuple[str, ...] = ()
 CONVENTION = Convention(
@@ -110,19 +91,26 @@ def read(path: Path, fps: str, face: Path | None, bad_values: str) -> Take:
     home = path.parent if path.name == CHECKPOINT else path
     landmarks, lost = landmarks_of(home, numbers, bad_values)
     fields = FIELDS if landmarks is None or face is None else FIELDS | SEEN
-    told = np.full((len(files), PLACES[list(fields)[-1]].stop), np.nan)
+    told = np.full((len(files), WIDTH), np.nan)
     readable = np.ones(len(files), bool)
     failure = None
     for row, (number, file) in enumerate(files.items()):
         try:
-            _take_over(told[row], read_saved(file, REMEDY), number, file, fields)
+            told[row] = read_frame(file, number, fields)
         except BadFile as error:
             if bad_values == "fail":
                 raise
             failure, readable[row] = failure or error, False
     if not readable.any():
         raise failure
-    head, source = _heads(told, readable, list(files.values()), bad_values)
+    head, source = head_of(
+        field_of(told, "camera.R"),
+        field_of(told, "opencv.R"),
+        readable,
+        list(files.values()),
+        bad_values,
+    )
+    told[np.isnan(head).any(axis=(1, 2))] = np.nan  # nor is there a loss by a camera in doubt
     take = take_of(
         _rows(told, head),
         numbers,
@@ -132,12 +120,15 @@ def read(path: Path, fps: str, face: Path | None, bad_values: str) -> Take:
         bad_values,
         path,
         first_frame=int(numbers[0]),
+        numbered=True,
     )
     origins = dict(take.origins) | dict.fromkeys(HEAD, Origin(f"{source}, the head at rest"))
     take = replace(take, origins=origins)
     if landmarks is None:
         return take
-    if fields is not FIELDS:
+    if face is None:
+        take = replace(take, no_loss="landmarks are there: name ingest.metrical_tracker.face")
+    else:
         take = _with_loss(take, told, numbers, landmarks, face)
     landmarks = landmarks.set_index(numbers).reindex(pd.RangeIndex(len(take.motion)))
     landmarks[~take.motion["valid"].to_numpy()] = np.nan
@@ -156,10 +147,9 @@ def write(
     head against the camera, in the subject's frame; valid (n,) bool: no file where not.
     """
     n = len(flame)
-    opencv = OPENCV_FROM_FLAME @ np.asarray(head, np.float64)  # (n, 3, 3)
-    pytorch3d = (OPENCV_FROM_PYTORCH3D @ opencv).transpose(0, 2, 1)
+    camera, opencv = cameras_of(head)
     joints = (flame[joint(name)] for name in ("jaw", "left_eye", "right_eye"))
-    jaw, left, right = (_six(rotations_of(vectors)) for vectors in joints)
+    jaw, left, right = (six_of(rotations_of(vectors)) for vectors in joints)
     rows = {
         "flame": {
             "exp": flame[EXPRESSION].to_numpy(),
@@ -171,7 +161,7 @@ def write(
             "jaw": jaw,
         },
         "camera": {
-            "R": _six(pytorch3d),
+            "R": camera,
             "t": np.tile([0, 0, 1], (n, 1)),  # metres
             "fl": np.full((n, 1), FOCUS),
             "pp": np.zeros((n, 2)),
@@ -229,101 +219,16 @@ def _files(path: Path) -> dict[int, Path]:
     return dict(sorted(files.items()))
 
 
-def _take_over(
-    told: np.ndarray,
-    content: Mapping,
-    number: int,
-    file: Path,
-    fields: Mapping[str, tuple[int, ...]],
-) -> None:
-    """Fill told, a row of PLACES, with the fields of a frame; NaN is left where it lacks one."""
-    frame_id = content.get("frame_id", number)
-    if str(frame_id)[:20].lstrip("0") != str(number).lstrip("0"):
-        raise BadFile(
-            file,
-            place="frame_id",
-            found=repr(str(frame_id)[:20]),
-            expected=f"{number:05d}, as the file's name says",
-            remedy="Give the file its own name back. Frames count from 0; the pictures beside "
-            "them from 1, and from begin_frames on where the tracker skipped some.",
-        )
-    for name, shape in fields.items():
-        group, _, field = name.partition(".")
-        values = content[group].get(field) if isinstance(content.get(group), dict) else None
-        if values is None and name != "flame.exp":
-            continue
-        if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiu":
-            _refuse(file, name, "nothing" if values is None else "no numbers", shape)
-        found = values.shape[1:] if values.ndim > len(shape) else values.shape
-        fewer = name in FEWER and len(found) == 1 and 0 < found[0] < shape[0]
-        if values.size != math.prod(found) or (found != shape and not fewer):
-            _refuse(file, name, str(values.shape), shape)
-        if not np.isfinite(values).all():
-            _refuse(file, name, "a NaN or infinity", shape)
-        told[PLACES[name]] = 0
-        told[PLACES[name]][: values.size] = values.ravel()
-
-
-def _refuse(file: Path, name: str, found: str, shape: tuple[int, ...]) -> None:
-    expected = f"numbers of shape {(1, *shape)}"
-    raise BadFile(file, place=name, found=found, expected=expected, remedy=REMEDY)
-
-
-def _heads(
-    told: np.ndarray, readable: np.ndarray, files: list[Path], bad_values: str
-) -> tuple[np.ndarray, str]:
-    """Rotations (n, 3, 3) of the head in the subject's frame, NaN where unknown; and their source.
-
-    Raises BadFile where a frame has no camera, or its two cameras differ.
-    """
-    opencv = told[:, PLACES["opencv.R"]].reshape(-1, 3, 3)
-    other = OPENCV_FROM_PYTORCH3D @ _matrices(told[:, PLACES["camera.R"]]).transpose(0, 2, 1)
-    apart = np.abs(opencv - other).max(axis=(1, 2)) > TOLERANCE  # not where one is missing
-    if (apart & readable).any():
-        raise BadFile(
-            files[(apart & readable).argmax()],
-            place="camera.R",
-            found="another rotation than in opencv.R",
-            expected="the same camera: the first two rows of PyTorch3D's matrix, +x left, +y up, "
-            "+z in",
-            remedy="Write camera.R as PyTorch3D's matrix_to_rotation_6d does, or leave one away.",
-        )
-    source = "camera.R" if np.isnan(opencv[readable]).all() else "opencv.R"
-    camera = other if source == "camera.R" else opencv
-    bad = readable & ~_are_rotations(camera)
-    if bad.any() and (bad_values == "fail" or bad.sum() == readable.sum()):
-        raise BadFile(
-            files[bad.argmax()],
-            place=source,
-            found="no rotation",
-            expected="opencv.R of shape (1, 3, 3) or camera.R of shape (1, 6), a rotation",
-            remedy=REMEDY,
-        )
-    camera[bad] = np.nan
-    return OPENCV_FROM_FLAME @ camera, source
-
-
-def _are_rotations(matrices: np.ndarray) -> np.ndarray:
-    """Which (n,) of matrices (n, 3, 3) turn and do nothing else; NaN does not."""
-    with np.errstate(invalid="ignore", over="ignore"):
-        off = np.abs(matrices @ matrices.transpose(0, 2, 1) - np.eye(3)).max(axis=(1, 2))
-        return (off < TOLERANCE) & (np.linalg.det(matrices) > 0)
-
-
 def _with_loss(
     take: Take, told: np.ndarray, numbers: np.ndarray, landmarks: pd.DataFrame, face: Path
 ) -> Take:
     """The take with how far the landmarks lie from the head's, where the files tell enough."""
-
-    def of(name: str) -> np.ndarray:
-        return told[:, PLACES[name]].reshape(len(told), *(FIELDS | SEEN)[name])
-
     errors = reprojection_error(
         face,
-        of("flame.shape"),
-        of("flame.exp"),
-        _matrices(of("flame.jaw")),
-        *(of(f"opencv.{name}") for name in ("R", "t", "K")),
+        field_of(told, "flame.shape"),
+        field_of(told, "flame.exp"),
+        matrices_of(field_of(told, "flame.jaw")),
+        *(field_of(told, f"opencv.{name}") for name in ("R", "t", "K")),
         landmarks.to_numpy().reshape(-1, 2, 68).transpose(0, 2, 1),
     )
     if np.isnan(errors).all():
@@ -334,41 +239,13 @@ def _with_loss(
 
 def _rows(told: np.ndarray, head: np.ndarray) -> pd.DataFrame:
     """Columns of the flame table that some frame tells."""
-    rows = {"head": _vectors(head)}
-    if not np.isnan(told[:, PLACES["flame.jaw"]]).all():
-        rows["jaw"] = _vectors(_matrices(told[:, PLACES["flame.jaw"]]))
-    if not np.isnan(eyes := told[:, PLACES["flame.eyes"]]).all():
-        rows["left_eye"], rows["right_eye"] = (
-            _vectors(_matrices(eyes[:, half])) for half in (slice(6), slice(6, 12))
-        )
-    parts = [pd.DataFrame(values, columns=joint(name)) for name, values in rows.items()]
-    parts.append(pd.DataFrame(told[:, PLACES["flame.exp"]], columns=EXPRESSION))
-    if not np.isnan(lids := told[:, PLACES["flame.eyelids"]]).all():
+    jaw, eyes = field_of(told, "flame.jaw"), field_of(told, "flame.eyes")
+    rows = {"head": vectors_of(head)}
+    for name, six in {"jaw": jaw, "left_eye": eyes[:, :6], "right_eye": eyes[:, 6:]}.items():
+        if not np.isnan(six).all():
+            rows[name] = vectors_of(matrices_of(six))
+    parts = [pd.DataFrame(vectors, columns=joint(name)) for name, vectors in rows.items()]
+    parts.append(pd.DataFrame(field_of(told, "flame.exp"), columns=EXPRESSION))
+    if not np.isnan(lids := field_of(told, "flame.eyelids")).all():
         parts.append(pd.DataFrame(lids, columns=EYELIDS))
     return pd.concat(parts, axis=1)
-
-
-def _matrices(six: np.ndarray) -> np.ndarray:
-    """Matrices (n, 3, 3) of rotations (n, 6); NaN where the six numbers tell none.
-
-    The rows are made orthonormal one after the other (Zhou et al. 2019, section B).
-    """
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        first = six[:, :3] / np.linalg.norm(six[:, :3], axis=1, keepdims=True)
-        second = six[:, 3:] - (first * six[:, 3:]).sum(axis=1, keepdims=True) * first
-        second /= np.linalg.norm(second, axis=1, keepdims=True)
-        return np.stack([first, second, np.cross(first, second)], axis=1)
-
-
-def _six(matrices: np.ndarray) -> np.ndarray:
-    """The first two rows (n, 6) of matrices (n, 3, 3)."""
-    return matrices[:, :2].reshape(-1, 6)
-
-
-def _vectors(matrices: np.ndarray) -> np.ndarray:
-    """Axis times angle (n, 3) of rotations (n, 3, 3); NaN where they are."""
-    known = np.isfinite(matrices).all(axis=(1, 2))
-    vectors = np.full((len(matrices), 3), np.nan)
-    if known.any():
-        vectors[known] = Rotation.from_matrix(matrices[known]).as_rotvec()
-    return vectors

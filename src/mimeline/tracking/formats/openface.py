@@ -28,6 +28,7 @@ from mimeline.tracking.convention import Convention
 from mimeline.tracking.formats import action_units
 from mimeline.tracking.formats.columns import angles, header_of, numbers, read_columns
 from mimeline.tracking.take import MOST_FRAMES, Origin, Take, assemble
+from mimeline.vocabulary import GAZE, HEAD
 
 log = logging.getLogger(__name__)
 
@@ -71,7 +72,7 @@ def holds(path: Path) -> bool:
 
 
 def read(path: Path, bad_values: str, fps: str) -> Take:
-    """Read a table; where a frame holds several faces the surest one is taken.
+    """Read a table of one face: of several face_id the one that is surest over all frames.
 
     bad_values: "fail" or "mask". fps: rate of the video that was analysed; the table's timestamps
     are not looked at, which are wrong where the video's rate varies.
@@ -94,14 +95,14 @@ def read(path: Path, bad_values: str, fps: str) -> Take:
     seen, bad = _numbers(table[success], used, path, bad_values)
     points, _ = _numbers(table[success], [c for c in PICTURE if c in table], path, bad_values)
     intensities = [name for name in UNITS if name in seen and name.endswith("_r")]
-    within, n_outside = action_units.clipped(seen[intensities])
+    within, n_outside = action_units.clipped(seen[intensities], path)
     seen = seen.assign(**within)
     if n_outside:
         log.warning("%s: %d action-unit intensities outside of 0-5 are clipped", path, n_outside)
 
     channels, origins = action_units.channels(seen[intensities])
     turns = _turns(seen, path)
-    for name, (values, origin) in {**_head(turns, seen), **_gaze(turns, seen)}.items():
+    for name, (values, origin) in {**_head(turns), **_gaze(turns, seen)}.items():
         origins[name] = origin
         if origin.measured:
             channels[name] = values
@@ -115,7 +116,9 @@ def read(path: Path, bad_values: str, fps: str) -> Take:
     good = valid[success]
     seen, points = (rows[good].set_axis(index[valid]) for rows in (seen, points))
     coefficients = _coefficients(seen, points, clock)
-    return Take(motion, Fraction(fps), coefficients, origins, first_frame=first_frame)
+    return Take(
+        motion, Fraction(fps), coefficients, origins, first_frame=first_frame, numbered=True
+    )
 
 
 def _frames(number: pd.Series, path: Path) -> tuple[int, np.ndarray]:
@@ -135,7 +138,10 @@ def _frames(number: pd.Series, path: Path) -> tuple[int, np.ndarray]:
 
 
 def _one_face(table: pd.DataFrame, path: Path) -> pd.DataFrame:
-    """The surest row of each frame, in the order of frames."""
+    """A row per frame, in the order of frames; without success where the take's face is not in it.
+
+    The take's face is the one whose confidence adds up to most where it was found.
+    """
     keys = [name for name in ("frame", "face_id") if name in table]
     repeated = table.duplicated(keys)
     if repeated.any():
@@ -146,9 +152,18 @@ def _one_face(table: pd.DataFrame, path: Path) -> pd.DataFrame:
             expected="each face of a frame once, faces told apart by face_id",
             remedy="Run OpenFace again, and keep one video to a table.",
         )
-    order = table[["confidence"]].assign(found=table["success"] > 0)
-    order = order.sort_values(["found", "confidence"], ascending=False, kind="stable")
-    return table.loc[order.index].drop_duplicates("frame").sort_values("frame")
+    face = table.get("face_id", pd.Series(0, table.index)).astype(str)
+    if face.nunique() == 1:
+        return table.sort_values("frame")
+    sureness = table["confidence"].fillna(0).where(table["success"] > 0, 0)
+    total = sureness.groupby(face).sum()
+    log.warning("%s: %d other faces are left out", path, len(total) - 1)
+    other = face != total.idxmax()
+    table = table.assign(
+        success=table["success"].mask(other, 0), confidence=table["confidence"].mask(other)
+    )
+    own_first = table.loc[other.sort_values(kind="stable").index]
+    return own_first.drop_duplicates("frame").sort_values("frame")
 
 
 def _numbers(
@@ -176,27 +191,25 @@ def _turns(seen: pd.DataFrame, path: Path) -> np.ndarray | None:
     return turned(rest, -x, rest) @ turned(-y, rest, rest) @ turned(rest, rest, z)
 
 
-def _head(turns: np.ndarray | None, seen: pd.DataFrame) -> dict[str, tuple]:
-    names = ("head_yaw_left", "head_pitch_up", "head_tilt_left")
+def _head(turns: np.ndarray | None) -> dict[str, tuple]:
     if turns is None:
-        return dict.fromkeys(names, (None, Origin("the table has no pose", measured=False)))
+        return dict.fromkeys(HEAD, (None, Origin("the table has no pose", measured=False)))
     origin = Origin("rotation pose_Rx, pose_Ry, pose_Rz")
-    return {name: (v, origin) for name, v in zip(names, angles_of(turns), strict=True)}
+    return {name: (v, origin) for name, v in zip(HEAD, angles_of(turns), strict=True)}
 
 
 def _gaze(turns: np.ndarray | None, seen: pd.DataFrame) -> dict[str, tuple]:
     """gaze_left and gaze_up in the head, from a direction that is told against the camera."""
-    names = ("gaze_left", "gaze_up")
     if {*EYES[0], *EYES[1]} <= set(seen):
         source, ahead = "gaze_0 and gaze_1", sum(seen[list(eye)].to_numpy() for eye in EYES)
     elif set(GAZE_ANGLES) <= set(seen):
         x, y = np.tan(seen[list(GAZE_ANGLES)].to_numpy()).T
         source, ahead = "gaze_angle", np.stack([x, y, np.full_like(x, -1)], axis=1)
     else:
-        return dict.fromkeys(names, (None, Origin("the table has no gaze", measured=False)))
+        return dict.fromkeys(GAZE, (None, Origin("the table has no gaze", measured=False)))
     if turns is None:
         origin = Origin("without a pose the gaze is not known in the head", measured=False)
-        return dict.fromkeys(names, (None, origin))
+        return dict.fromkeys(GAZE, (None, origin))
     length = np.linalg.norm(ahead, axis=1, keepdims=True)
     ahead = np.divide(ahead, length, out=np.full_like(ahead, np.nan), where=length > 0)  # (n, 3)
     in_head = np.einsum("nji,nj->ni", turns, ahead @ FROM_CAMERA)  # (n, 3): R transposed

@@ -1,5 +1,6 @@
 """py-feat 2 tables: ARKit coefficients, head pose, gaze and landmarks, one row per face found."""
 
+import logging
 from fractions import Fraction
 from pathlib import Path
 
@@ -22,7 +23,10 @@ from mimeline.tracking.formats.columns import (
 from mimeline.tracking.take import MOST_FRAMES, Take, assemble
 from mimeline.vocabulary import EXPRESSIONS, canonical
 
+log = logging.getLogger(__name__)
+
 NEEDED = ("frame", "FaceScore")
+RECTANGLE = ("FaceRectX", "FaceRectY", "FaceRectWidth", "FaceRectHeight")
 LANDMARKS = tuple(f"{axis}_{point}" for axis in "xy" for point in range(68))
 
 ENDINGS = (".csv",)
@@ -61,7 +65,7 @@ def holds(path: Path) -> bool:
 
 
 def read(path: Path, fps: str, stride: int, bad_values: str) -> Take:
-    """Read a table; where a frame holds several faces the surest one is taken.
+    """Read a table of one face: where others are beside it, it is followed from its surest row.
 
     fps: rate of the video that was analysed. stride: every n-th of its frames was; frame 0 is the
     first of the clock. bad_values: "fail" or "mask".
@@ -85,20 +89,23 @@ def read(path: Path, fps: str, stride: int, bad_values: str) -> Take:
         )
     frame = _frames(number, stride, path)
     score, bad = numbers(table, ["FaceScore"], path, bad_values, blank_ok=True)
-    surest = _surest(frame, score["FaceScore"].to_numpy())
-    table, frame, score = table.iloc[surest], frame[surest], score["FaceScore"].to_numpy()[surest]
+    rows, seen = _one_face(table, frame, score["FaceScore"].to_numpy(), path)
+    table, frame, score = table.iloc[rows], frame[rows], score["FaceScore"].to_numpy()[rows]
 
     landmarks = [name for name in LANDMARKS if name in table]
     values, bad_row = numbers(table, columns, path, bad_values, blank_ok=True)
     points, bad_points = numbers(table, landmarks, path, bad_values, blank_ok=True)
-    found = (score > 0) & ~bad[surest] & ~bad_row & ~bad_points
+    found = seen & (score > 0) & ~bad[rows] & ~bad_row & ~bad_points
     if "FaceRectX" in table:  # blank where no face was found, whatever else the row holds
         found &= numbers(table, ["FaceRectX"], path, "mask")[0].notna().to_numpy().ravel()
     radians = angles(
         values[[c for c in CONVENTION.signs if c in values]], "radians", path, "Run py-feat again."
     )
     turns, origins = by_channel(radians, CONVENTION.signs)
-    motion = assemble(frame, found, expressions(values, path).join(turns), score, path)
+    channels = expressions(values, path).join(turns)
+    found &= channels.notna().any(axis=1).to_numpy()
+    score = np.where(seen, score, np.nan)
+    motion = assemble(frame, found, channels, score, path)
     coefficients = {}
     if len(landmarks) == len(LANDMARKS):
         names = tables.COEFFICIENTS["landmarks"].schema.names[2:]
@@ -110,6 +117,7 @@ def read(path: Path, fps: str, stride: int, bad_values: str) -> Take:
         coefficients=coefficients,
         origins=all_origins(columns, origins),
         first_frame=int(number.min()),
+        numbered=True,
     )
 
 
@@ -128,10 +136,48 @@ def _frames(number: pd.Series, stride: int, path: Path) -> np.ndarray:
     return np.minimum(number // stride, MOST_FRAMES).to_numpy("int64")
 
 
-def _surest(frame: np.ndarray, score: np.ndarray) -> np.ndarray:
-    """Rows of the face with the best score of each frame, in the order of frames."""
-    order = np.lexsort((-np.nan_to_num(score, nan=-1.0), frame))
-    return order[np.unique(frame[order], return_index=True)[1]]
+def _one_face(
+    table: pd.DataFrame, frame: np.ndarray, score: np.ndarray, path: Path
+) -> tuple[np.ndarray, np.ndarray]:
+    """A row per frame (n_frames,), in the order of frames, and whether it holds the take's face.
+
+    The take's face is the surest of all; before and after, in each frame, the one nearest to where
+    it was seen last, unless that is more than its width away.
+    Raises BadFile where a frame has several rows and no rectangle tells where they are.
+    """
+    score = np.nan_to_num(score, nan=-1.0)
+    order = np.lexsort((-score, frame))
+    starts = np.unique(frame[order], return_index=True)[1]
+    rows = order[starts]
+    if len(rows) == len(order):
+        return rows, np.ones(len(rows), bool)
+    if missing := [name for name in RECTANGLE if name not in table]:
+        raise BadFile(
+            path,
+            place=f"column {missing[0]}",
+            found="several rows of a frame, and no such column",
+            expected=", ".join(RECTANGLE) + ", by which a face is followed",
+            remedy="Keep one face to a table.",
+        )
+    x, y, width, height = numbers(table, list(RECTANGLE), path, "mask")[0].to_numpy().T
+    centre = np.stack([x + width / 2, y + height / 2], axis=1)  # (n_rows, 2)
+    there = (score > 0) & np.isfinite(centre).all(axis=1)
+    groups = np.split(order, starts[1:])
+    surest = int(np.argmax(np.where(there, score, -1)))
+    start = int(np.searchsorted(frame[rows], frame[surest]))
+    seen = np.zeros(len(rows), bool)
+    for way in (range(start, len(rows)), range(start, -1, -1)):
+        last = surest
+        for at in way:
+            faces = groups[at][there[groups[at]]]
+            away = np.linalg.norm(centre[faces] - centre[last], axis=1)
+            if len(faces) and away.min() <= width[last]:
+                rows[at] = last = faces[away.argmin()]
+                seen[at] = True
+    log.warning(
+        "%s: %d rows of other faces are left out", path, np.count_nonzero(there) - seen.sum()
+    )
+    return rows, seen
 
 
 def _is_expression(name: str) -> bool:

@@ -60,7 +60,8 @@ def read(
     bad_values: "fail" or "mask". fps: its rate. channels: channel → column and scale (a factor).
     angle_unit: "radians" or "degrees", of head and gaze once scaled. frame, valid, confidence,
     loss: names of columns, None where there is none; without `frame`, rows are frames.
-    first_frame: the number of the first frame. An empty cell is a value that is not given.
+    first_frame: the number of the first frame. An empty cell is a value that is not given; a loss
+    of NaN is infinite: it came to nothing.
     Raises BadFile, MissingColumn.
     """
     mapped = {channel: (m["column"], float(m["scale"])) for channel, m in channels.items()}
@@ -91,7 +92,7 @@ def read(
     sure = np.nan if confidence is None else _floats(table, confidence, path, bad_values)
     motion = assemble(index, told & found, values, sure, path)
     if loss is not None:
-        losses = pd.Series(_floats(table, loss, path, bad_values), index)
+        losses = pd.Series(_losses(table, loss, path, bad_values), index)
         motion["tracker_loss"] = losses.reindex(motion["frame"]).to_numpy()
     return Take(
         motion,
@@ -99,6 +100,7 @@ def read(
         origins={name: _origin(*source) for name, source in sources.items()},
         loss="" if loss is None else f"column {loss}",
         first_frame=None if frame is None else int(index[0]) + first_frame,
+        numbered=frame is not None,
     )
 
 
@@ -158,8 +160,12 @@ def _parquet(path: Path, needed: tuple[str, ...]) -> pd.DataFrame:
                 )
             for name in used:
                 _check_kind(file.schema_arrow.field(name).type, name, path)
-            if "frame" in set(names) - set(used) and _counts(file.schema_arrow.field("frame").type):
-                used.append("frame")
+            counted = (name for name in dict.fromkeys(names) if name.casefold() == "frame")
+            used += [
+                name
+                for name in counted
+                if name not in used and _counts(file.schema_arrow.field(name).type)
+            ]
             arrow = file.read(columns=used)
     except (OSError, ValueError, pa.ArrowException) as error:
         raise unreadable(
@@ -223,17 +229,23 @@ def _clock(
 
 
 def _check_gapless(table: pd.DataFrame, path: Path) -> None:
-    """Raises BadFile where a column `frame` of numbers says that the rows are not the frames."""
-    if "frame" not in table or table["frame"].dtype.kind not in "iuf":
+    """Raises BadFile where a column of frames does not count the rows; blank cells may be any."""
+    column = next((name for name in table if name.casefold() == "frame"), None)
+    if column is None or table.empty:
         return
-    step = table["frame"].diff().iloc[1:]
-    if (step != 1).any():
+    told, bad = numbers(table, [column], path, "mask", blank_ok=True)
+    number = told[column].to_numpy()
+    begins = number - np.arange(len(table))  # the first row's number, by each row's
+    given = ~np.isnan(number)
+    wrong = bad | (given & (begins != begins[given.argmax()]))
+    if wrong.any():
+        row = int(wrong.argmax())
         raise BadFile(
             path,
-            place="column frame",
-            found=f"a step of {step[step != 1].iloc[0]:g} after row {step.ne(1).idxmax()}",
-            expected="a row per frame",
-            remedy="Set ingest.table.frame: frame to count by it, or take the column out.",
+            place=f"column {column}",
+            found=f"{table[column].iloc[row] if bad[row] else int(number[row])} in row {row + 1}",
+            expected="each row's number one more than the last's",
+            remedy=f"Set ingest.table.frame: {column} to count by it, or take the column out.",
         )
 
 
@@ -284,6 +296,15 @@ def _values(
 def _floats(table: pd.DataFrame, column: str, path: Path, bad_values: str) -> np.ndarray:
     values, _ = numbers(table, [column], path, bad_values, blank_ok=True)
     return values[column].to_numpy()
+
+
+def _losses(table: pd.DataFrame, column: str, path: Path, bad_values: str) -> np.ndarray:
+    """The loss of each row (n,): NaN where the cell is blank, infinite where it came to nothing."""
+    cells = table[column].astype(str).str.strip()
+    nothing = cells.str.fullmatch(r"(?i)[+-]?(nan|inf|infinity)", na=True)
+    values, bad = numbers(table[~nothing], [column], path, bad_values, blank_ok=True)
+    losses = values[column].mask(bad, np.inf)
+    return losses.reindex(table.index, fill_value=np.inf).to_numpy()
 
 
 def _origin(column: str, scale: float) -> Origin:
