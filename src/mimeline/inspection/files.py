@@ -12,10 +12,12 @@ from mimeline.errors import MimelineError
 from mimeline.inspection.inspection import Inspection
 from mimeline.media.limits import Limits
 from mimeline.media.probe import probe
+from mimeline.tracking import loss
 from mimeline.tracking.formats.sixdrepnet import read_sixdrepnet
 from mimeline.vocabulary import EXPRESSIONS, canonical
 
 FACES = (".npz", ".pkl")  # endings of face models in one file
+LOSSES = "tracking losses of a take"
 GLANCE = 1 << 16  # bytes of a file that are looked at to tell what it is
 TABLES = {
     table.name if region is None else f"{table.name} of the {region} region": table
@@ -89,12 +91,37 @@ def table(path: Path) -> Inspection | None:
 
 def table_name(path: Path) -> str | None:
     """Which table a Parquet file is: by its columns, else by its name; None where it is neither."""
+    return table_by_columns(path) or (path.stem if path.stem in TABLES else None)
+
+
+def table_by_columns(path: Path) -> str | None:
+    """The table of a run whose columns a Parquet file has; None for any other file."""
+    if path.suffix.lower() != ".parquet" or not path.is_file():
+        return None
     try:
         columns = pq.read_schema(path).names
     except (pa.ArrowException, OSError, ValueError):
-        columns = []
-    by_columns = (name for name, table in TABLES.items() if table.schema.names == columns)
-    return next(by_columns, path.stem if path.stem in TABLES else None)
+        return None
+    return next((name for name, table in TABLES.items() if table.schema.names == columns), None)
+
+
+def is_losses(path: Path) -> bool:
+    """Whether a file is named as the sidecar that holds a take's tracking losses."""
+    return path.name.lower().endswith(".loss.csv") and path.is_file()
+
+
+def losses(path: Path) -> Inspection:
+    """The sidecar of a take: its tracking loss in every frame."""
+    seen = Inspection(path, LOSSES)
+    try:
+        values = loss.sidecar(path.with_name(path.name[: -len(".loss.csv")] + ".csv"))
+    except MimelineError as error:
+        seen.error = str(error)
+        return seen
+    if values is not None:
+        seen.numbers = {"rows": len(values)}
+        seen.facts = {"rows": str(len(values))}
+    return seen
 
 
 def is_catalogue(path: Path) -> bool:

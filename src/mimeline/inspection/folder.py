@@ -9,7 +9,7 @@ from mimeline.inspection import files
 from mimeline.inspection.inspection import Inspection
 from mimeline.inspection.options import Options
 from mimeline.inspection.recognise import format_of, is_video, kind_of, may_be
-from mimeline.inspection.take import inspect_take
+from mimeline.inspection.take import NOT_CHECKED, inspect_take
 from mimeline.tracking.readers import READERS
 
 SHOWN = 20  # lines of a list, before the rest is counted
@@ -27,17 +27,18 @@ def inspect_folder(path: Path, options: Options) -> Inspection:
         for child in path.iterdir()
         if not child.name.startswith(".") and child.name not in options.exclude
     )
-    takes = {child: format for child in children if (format := format_of(child, options))}
-    if len(formats := set(takes.values())) == 1:  # a run takes every file with its ending for one
-        (format,) = formats
-        takes |= {c: format for c in children if may_be(c, format) and not kind_of(c, options)}
-    rest = [child for child in children if child not in takes]
+    takes = _takes(children, options)
+    options.refuse_idle(set(takes.values()))
+    sidecars = [child for child in children if takes and files.is_losses(child)]
+    rest = [child for child in children if child not in takes and child not in sidecars]
     videos = [child for child in rest if is_video(child)]
     seen = Inspection(path, "folder")
     if takes:
         _of_takes(seen, [inspect_take(child, takes[child], options) for child in sorted(takes)])
         if videos:
             seen.facts["videos"] = str(len(videos))
+        if sidecars:
+            seen.facts["loss sidecars"] = str(len(sidecars))
     elif videos:
         _of_videos(seen, [files.video(child) for child in videos])
     known = [(_name(c), _what(c, options)) for c in rest if c not in videos]
@@ -51,6 +52,22 @@ def inspect_folder(path: Path, options: Options) -> Inspection:
             return _nothing_known(path, rest)
         seen.rows = [("name", "what"), *((name, what or "–") for name, what in known)]
     return seen
+
+
+def _takes(children: list[Path], options: Options) -> dict[Path, str]:
+    """The takes among a folder's children, each with the format that it is read as."""
+    takes = {child: format for child in children if (format := format_of(child, options))}
+    formats = set(takes.values())
+    asked = options.format
+    if any(may_be(take, asked) for take in takes if asked):
+        formats = {asked}  # a run takes no others
+    elif asked and not takes and not any(_what(child, options) for child in children):
+        formats = {asked}  # whose columns may bear the user's own names
+    if len(formats) != 1:
+        return takes
+    (format,) = formats
+    fitting = {c: format for c in children if may_be(c, format) and not kind_of(c, options)}
+    return {c: f for c, f in takes.items() if f == format} | fitting
 
 
 def _of_takes(seen: Inspection, takes: list[Inspection]) -> None:
@@ -72,6 +89,9 @@ def _of_takes(seen: Inspection, takes: list[Inspection]) -> None:
     seen.rows += [_line(take) for take in takes[:SHOWN]]
     if len(takes) > SHOWN:
         seen.notes.append(f"{len(takes) - SHOWN} more takes are counted and not listed")
+    for what in NOT_CHECKED:
+        if n := sum(what in numbers["not_checked"] for numbers in whole):
+            seen.notes.append(f"{what} not checked in {n} {'take' if n == 1 else 'takes'}")
     wrong: dict[str, list[str]] = defaultdict(list)
     for take in takes:
         for text in filter(None, (take.error, *take.problems)):

@@ -38,14 +38,18 @@ def _inspect(path: Path, options: Options) -> Inspection:
         kind = BadFile if path.exists() else NoSuchFile
         raise kind(path, found=found, expected=EXPECTED, remedy="Check the path.")
     if format := options.format if options.named and path.is_file() else format_of(path, options):
+        options.refuse_idle({format})
         return inspect_take(path, format, options)
     if path.is_dir():
         return inspect_folder(path, options)
     if is_video(path):
         return files.video(path)
+    if files.is_losses(path):
+        return files.losses(path)
     if (look := OTHERS.get(path.suffix.lower())) and (seen := look(path)):
         return seen
     if options.format and may_be(path, options.format):  # the configuration knows better
+        options.refuse_idle({options.format})
         return inspect_take(path, options.format, options)
     if path.suffix.lower() == ".csv" and len(header_of(path)) == 1:
         read_columns(path)  # says what separates them where it is no comma

@@ -21,7 +21,8 @@ class Options:
 
     format: the one to think of first, or None; named: think of no other. told: keys that somebody
     gave, "openface.fps". exclude: names of files that a run leaves out. videos: where a run's lie;
-    film_fps: what it cuts them to; None where no configuration tells.
+    film_fps: what it cuts them to; None where no configuration tells. bare: keys of formats that
+    were set without one, "fps".
     """
 
     data: Path
@@ -32,10 +33,33 @@ class Options:
     exclude: frozenset[str]
     videos: Path | None
     film_fps: Fraction | None
+    bare: frozenset[str]
 
     def tracker(self, format: str) -> Tracker:
         """The reader of a format with its keys."""
         return Tracker.of(self.data, format, self.ingest[format], self.ingest["bad_values"])
+
+    def is_of_the_run(self, path: Path) -> bool:
+        """Whether a path lies in the folder of the configuration's takes and is no face model."""
+        tracker = self.tracker(self.format)
+        here, face = path.absolute(), tracker.reading.get("face")
+        return (
+            here.parent.resolve() == tracker.folder.resolve()
+            and path.name not in self.exclude
+            and (face is None or here != face.absolute())
+        )
+
+    def refuse_idle(self, formats: Iterable[str]) -> None:
+        """Raise BadConfig for a key of --set that none of these formats has."""
+        has = {key for format in formats for key in self.ingest[format]} - {"folder"}
+        if has and (idle := sorted(self.bare - has)):
+            raise BadConfig(
+                "--set",
+                place=", ".join(idle),
+                found=f"no such key of {', '.join(sorted(formats))}",
+                expected=f"one of {', '.join(sorted(has))}",
+                remedy=REMEDY,
+            )
 
     def knows_fps(self, format: str) -> bool:
         """Whether somebody said how many frames a second has."""
@@ -66,8 +90,7 @@ def options(
     if not named and config:
         format = given.get("format", "livelink")
     ingest = {key: dict(v) if isinstance(v, dict) else v for key, v in given.items()}
-    for text in sets:
-        _put(ingest, text)
+    bare = {key for text in sets if (key := _put(ingest, text))}
     ingest |= {"format": format} if format else {}
     try:
         others = {section: values.get(section) or {} for section in ("catalogue", "fetch")}
@@ -87,11 +110,15 @@ def options(
         exclude,
         videos=data / fetch["folder"] if config and fetch["folder"] else None,
         film_fps=Fraction(fetch["fps"]) if fetch["fps"] else None,
+        bare=frozenset(bare),
     )
 
 
-def _put(ingest: dict[str, Any], text: str) -> None:
-    """Write KEY=VALUE into the section, wherever the key belongs."""
+def _put(ingest: dict[str, Any], text: str) -> str | None:
+    """Write KEY=VALUE into the section, wherever the key belongs.
+
+    Returns the key where it is one of formats and names none of them.
+    """
     key, equals, value = text.partition("=")
     *block, name = key.strip().removeprefix("ingest.").split(".")
     defaults = validate({})["ingest"]
@@ -117,6 +144,7 @@ def _put(ingest: dict[str, Any], text: str) -> None:
         )
     for home in homes:
         home[name] = _value(value)
+    return name if not block and name not in defaults else None
 
 
 def _value(text: str) -> Any:

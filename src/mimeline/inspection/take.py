@@ -11,17 +11,22 @@ from mimeline.config.trackers import OF_FACE_MODELS
 from mimeline.errors import MimelineError
 from mimeline.inspection.inspection import Inspection, Range
 from mimeline.inspection.options import Options
-from mimeline.inspection.recognise import video_of
+from mimeline.inspection.recognise import recognised, video_of
 from mimeline.media.limits import Limits
 from mimeline.media.probe import probe
 from mimeline.tracking import firewall, loss
 from mimeline.tracking.matching import TOLERANCE, Result, of_another_film
 from mimeline.tracking.origins import UNTOLD
+from mimeline.tracking.readers import READERS
 from mimeline.tracking.take import Take
 from mimeline.vocabulary import CHANNELS, DEAD_RANGE
 
 STRETCHES = 10  # that a take is cut into to show its course, at most
 SAME_RATE = 0.01  # frames a second
+NOT_CHECKED = {  # what the firewall may have no means to check, and why
+    "sides": "nothing moves enough, or nothing to compare with",
+    "unit of angles": "no head angles, and nothing to compare the gaze with",
+}
 POOR = 0.5  # quality of a mapped channel, below which it is named
 
 
@@ -32,7 +37,7 @@ def inspect_take(path: Path, format: str, options: Options) -> Inspection:
     try:
         result = Result.read(tracker, path, options.ingest["max_loss"])
     except MimelineError as error:
-        seen.error = str(error)
+        seen.error = " ".join(filter(None, (str(error), _looks_like(path, format, options))))
         return seen
     take = result.take
     findings = firewall.examine(take, tracker.reader.convention.first_frame)
@@ -50,9 +55,33 @@ def inspect_take(path: Path, format: str, options: Options) -> Inspection:
         where = _frames(finding.first_frame, finding.last_frame)
         listed = seen.problems if finding.severity == "fail" else seen.notes
         listed.append(f"{finding.detail} ({where})" if where else finding.detail)
+    _not_checked(seen, result.take)
     if video := video_of(path, options):
         _compare(seen, take, video, options)
+    if other := _looks_like(path, format, options):
+        (seen.problems or seen.notes).append(other)
     return seen
+
+
+def _looks_like(path: Path, format: str, options: Options) -> str:
+    """The format that a take seems to have where it is read as another; else nothing."""
+    found = recognised(path, options)
+    if found in (None, format):
+        return ""
+    return f"it looks like a {READERS[found].convention.title}: ingest.format: {found}"
+
+
+def _not_checked(seen: Inspection, take: Take) -> None:
+    """What could not be checked, which is not the same as fine."""
+    told = firewall.tells(take) if take.motion["valid"].any() else frozenset()
+    idle = [] if "sides_swapped" in told else ["sides"]
+    angles = [name for name in seen.numbers["measured"] if CHANNELS[name].unit == "rad"]
+    if angles and "angle_unit" not in told:
+        idle.append("unit of angles")
+    if idle:
+        texts = [f"{what} ({NOT_CHECKED[what]})" for what in idle]
+        seen.notes.append(f"not checked: {', '.join(texts)}")
+    seen.numbers["not_checked"] = idle
 
 
 def _clock(seen: Inspection, take: Take, format: str, options: Options) -> None:

@@ -47,6 +47,10 @@ OVERSHOOT_SHARE = 0.01  # of frames
 FOUND_BY = frozenset(  # channels that actions are found by
     ("eyeBlinkLeft", "eyeBlinkRight"),
 ).union(*(series_channels(r, side) for r in SERIES_REGIONS for side in ("left", "right")))
+SWAPS = (  # what to do about sides that are exchanged
+    "Look at the columns of both: set ingest.mirrored if the video was flipped, exchange the "
+    "columns' names if Left and Right are, or turn the angle's sign"
+)
 LANDMARKS = {"nose": 30, "right_jaw": 0, "left_jaw": 16, "right_eye": 36, "left_eye": 45}  # iBUG
 
 
@@ -85,7 +89,7 @@ def sides_swapped(take: Take) -> Iterator[Finding]:
                 limit=OPPOSED,
                 unit="correlation",
                 detail=f"{angle} turns against {other}: left and right are exchanged in one of "
-                "them",
+                f"them. {SWAPS}",
             )
 
 
@@ -273,7 +277,7 @@ def pairs(take: Take) -> Iterator[tuple[str, str, np.ndarray, np.ndarray]]:
     """
     motion = take.motion
     left, right = _looks(motion)
-    yield from _moving("gaze_left", "eyeLook", (left + right) / 2, motion, LOOKS)
+    yield from _moving("gaze_left", "eyeLookIn and eyeLookOut", (left + right) / 2, motion, LOOKS)
     points = take.coefficients.get("landmarks")
     if points is None:
         return
@@ -284,9 +288,13 @@ def pairs(take: Take) -> Iterator[tuple[str, str, np.ndarray, np.ndarray]]:
     with np.errstate(divide="ignore", invalid="ignore"):
         width = np.hypot(x["left_jaw"] - x["right_jaw"], y["left_jaw"] - y["right_jaw"])
         nose = (x["nose"] - (x["left_jaw"] + x["right_jaw"]) / 2) / width
-    yield from _moving("head_yaw_left", "the nose in the picture", nose, motion, TURNS)
+    yield from _moving(
+        "head_yaw_left", "the nose in the picture (landmark 30)", nose, motion, TURNS
+    )
     eyes = np.arctan2(y["left_eye"] - y["right_eye"], x["left_eye"] - x["right_eye"])
-    yield from _moving("head_tilt_left", "the eyes in the picture", eyes, motion, TURNS)
+    yield from _moving(
+        "head_tilt_left", "the eyes in the picture (landmarks 36, 45)", eyes, motion, TURNS
+    )
 
 
 def _moving(

@@ -75,7 +75,7 @@ def test_every_way_of_writing_a_table_gives_the_same_numbers(file, content):
 @pytest.mark.parametrize("cell", ["n/a", "nan", "", "inf", "1e999", "True", "0x1", "1_0", "1 0"])
 @pytest.mark.parametrize("rest", ["\n", "\n\n", ",\n", ',"two\nlines"\n'])
 def test_a_cell_that_is_no_number_is_found_where_it_stands(file, cell, rest):
-    path = file(f"jawOpen,mouthLeft,note\n0,0{rest}1,1{rest}0,{cell}\n2,2\n")
+    path = file(f"jawOpen,mouthLeft,note\n0,0{rest}1,1{rest}0,{cell},\n2,2,\n")
     at = 2 + 2 * rest.count("\n")
     found = "inf" if cell in ("inf", "1e999") else repr(cell)
     with pytest.raises(BadFile, match=f"line {at}, column mouthLeft: found {found}, expected"):

@@ -1,6 +1,7 @@
 """A tracker's CSV: columns known by name, numbers checked, angles in radians."""
 
 import csv
+import difflib
 import warnings
 from collections import Counter
 from collections.abc import Mapping
@@ -17,6 +18,7 @@ from mimeline.vocabulary import CHANNELS, EXPRESSIONS, canonical
 LARGEST = 2**30  # bytes of a file: MOST_FRAMES rows of Live Link Face, of OpenFace an hour
 LARGEST_BY_ROW = 2**26  # of one that is taken row by row, in many times its size of memory
 MOST_ROWS = 4 * MOST_FRAMES  # with a row for each face of a frame
+CUT_OFF = "cut off: "  # begins what stands in cells that a row is too short for
 EXPRESSION_RANGE = (-1.0, 2.0)  # coefficients of [0, 1] overshoot a little
 
 
@@ -32,6 +34,7 @@ def read_columns(
     text: columns that must be there and stay text. needed: others that must be there. known: others
     that may be. The file may write these names in any case; the table has them as they are here.
     Columns without a name are left out, as are the blank cells that a comma at a row's end makes.
+    Where a row ends before the others do, `numbers` finds its last cell and those it lacks bad.
     Raises BadFile for a file that is no table, has no header or a row with more cells than that,
     MissingColumn for a missing column.
     """
@@ -62,21 +65,31 @@ def read_columns(
 
 def header_of(path: Path) -> frozenset[str]:
     """The column names of a CSV, stripped; none where it cannot be read as one."""
+    return frozenset(names_of(path))
+
+
+def names_of(path: Path) -> list[str]:
+    """`header_of` in the order of the file."""
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
             line = file.readline(1_000_000)
-        return frozenset(name.strip() for name in next(csv.reader([line], skipinitialspace=True)))
+        return [name.strip() for name in next(csv.reader([line], skipinitialspace=True))]
     except (OSError, ValueError, csv.Error, StopIteration):
-        return frozenset()
+        return []
 
 
 def numbers(
-    table: pd.DataFrame, columns: list[str], path: Path, bad_values: str, blank_ok: bool = False
+    table: pd.DataFrame,
+    columns: list[str],
+    path: Path,
+    bad_values: str,
+    blank_ok: bool | np.ndarray = False,
 ) -> tuple[pd.DataFrame, np.ndarray]:
     """The columns as floats, and which rows held something else.
 
     bad_values: "fail" raises BadFile at the first bad cell, "mask" gives NaN and marks the row.
-    blank_ok: an empty cell is a value that the tracker does not give, no bad one.
+    blank_ok: an empty cell is a value that the tracker does not give, no bad one. An array says so
+    cell by cell, (n_rows or 1, n_columns or 1); a column without any number is then never given.
     """
     chosen = table[list(columns)]
     if all(dtype.kind in "iuf" for dtype in chosen.dtypes):
@@ -85,14 +98,25 @@ def numbers(
         values = chosen.apply(pd.to_numeric, errors="coerce").to_numpy(float, na_value=np.nan)
     finite = np.isfinite(values)
     bad = ~finite
-    if blank_ok and bad.any():
-        bad &= chosen.apply(lambda column: column.astype(str).str.strip() != "").to_numpy()
+    if blank_ok is not False and bad.any():
+        given = chosen.apply(lambda column: column.astype(str).str.strip() != "").to_numpy()
+        bad &= given | ~(blank_ok | ~finite.any(axis=0))
     if bad.any() and bad_values == "fail":
         row, column = np.argwhere(bad)[0]
-        cell = chosen.iat[row, column]
+        cell, line = chosen.iat[row, column], line_of(path, table.index[row])
+        if isinstance(cell, str) and cell.startswith(CUT_OFF):
+            found, expected = cell.removeprefix(CUT_OFF).split(" of ")
+            raise BadFile(
+                path,
+                place=f"line {line}",
+                found=f"{found} cells",
+                expected=expected,
+                remedy="The row is cut off: delete the line, or set ingest.bad_values: mask to "
+                "treat the frame as a gap.",
+            )
         raise BadFile(
             path,
-            place=f"line {line_of(path, table.index[row])}, column {columns[column]}",
+            place=f"line {line}, column {columns[column]}",
             found=repr(cell) if isinstance(cell, str) else str(cell),
             expected="a number",
             remedy="Fix the cell, or set ingest.bad_values: mask to treat the frame as a gap.",
@@ -175,11 +199,20 @@ def by_channel(
 def all_origins(columns: list[str], angles: Mapping[str, Origin]) -> dict[str, Origin]:
     """Every channel's origin: the column that bears its name, the angle's own, or that it has none.
 
-    columns: of the file. angles: origins of head and gaze channels.
+    columns: of the file; where none bears a channel's name, one that nearly does is named.
+    angles: origins of head and gaze channels.
     """
     named = {canonical(column): Origin(f"column {column}") for column in columns}
-    absent = Origin("the file has no such column", measured=False)
-    return {name: angles.get(name) or named.get(name, absent) for name in CHANNELS}
+    foreign = {column.casefold(): column for column in columns if not canonical(column)}
+    return {
+        name: angles.get(name) or named.get(name) or _absent(name, foreign) for name in CHANNELS
+    }
+
+
+def _absent(channel: str, foreign: Mapping[str, str]) -> Origin:
+    near = difflib.get_close_matches(channel.casefold(), foreign, n=1, cutoff=0.8)
+    hint = f" (it has {foreign[near[0]]})" if near else ""
+    return Origin(f"the file has no such column{hint}", measured=False)
 
 
 def line_of(path: Path, row: int) -> int:
@@ -224,12 +257,15 @@ def _check_header(names: list[str], needed: tuple[str, ...], path: Path) -> None
             remedy="Save the table with commas, and points in its numbers.",
         )
     if not any(name in needed or canonical(name) for name in filled):
+        remedy = "Name its columns under ingest.table.channels, or correct ingest.format."
+        if not any(name[:1].isalpha() for name in filled):
+            remedy = "Export the take with its header: columns are known by name alone."
         raise BadFile(
             path,
             place="line 1",
             found=", ".join(name[:20] for name in filled[:3]) + " ...",
             expected="a header with channel names",
-            remedy="Export the take with its header: columns are known by name, never by position.",
+            remedy=remedy,
         )
     times = Counter(canonical(name) or name for name in filled)
     if repeated := sorted(name for name, count in times.items() if count > 1):
@@ -263,7 +299,35 @@ def _parsed(path: Path, names: list[str], text: tuple[str, ...], spaced: bool) -
         table = _by_row(path, len(names))
     if len(table) > MOST_ROWS:
         raise _too_many_rows(path)
+    _mark_cut_off(table, path)
     return table.set_axis(names, axis=1)
+
+
+def _mark_cut_off(table: pd.DataFrame, path: Path) -> None:
+    """Say so in the cells that a row lacks, and in its last one, which may be cut as well.
+
+    A row is as wide as the last column that is not blank throughout. Only where that one has blank
+    cells is the file looked at again.
+    """
+    blank, width = np.zeros(len(table), bool), table.shape[1]
+    for at in range(width - 1, -1, -1):
+        kept = table[at].dtype.kind in "iufb"
+        blank = np.zeros(len(table), bool) if kept else (table[at] == "").to_numpy(bool)
+        if not blank.all():
+            width = at + 1
+            break
+    if not blank.any() or blank.all():
+        return
+    with open(path, encoding="utf-8-sig", newline="") as file:
+        rows = (cells for cells in csv.reader(file) if len(cells) > 1 or "".join(cells).strip())
+        lengths = np.array([len(cells) for cells in rows][1:])
+    if len(lengths) != len(table):
+        return
+    for length in np.unique(lengths[lengths < width]):
+        cut = list(range(length - 1, width))
+        whole = [at for at in cut if table[at].dtype.kind in "iufb"]
+        table[whole] = table[whole].astype(object)
+        table.iloc[np.flatnonzero(lengths == length), cut] = f"{CUT_OFF}{length} of {width}"
 
 
 def _too_many_rows(path: Path) -> BadFile:

@@ -93,7 +93,7 @@ def read(path: Path, bad_values: str, fps: str) -> Take:
 
     used = [c for c in (*POSE, *EYES[0], *EYES[1], *GAZE_ANGLES, *UNITS) if c in table]
     seen, bad = _numbers(table[success], used, path, bad_values)
-    points, _ = _numbers(table[success], [c for c in PICTURE if c in table], path, bad_values)
+    points, off = _numbers(table[success], [c for c in PICTURE if c in table], path, bad_values)
     intensities = [name for name in UNITS if name in seen and name.endswith("_r")]
     within, n_outside = action_units.clipped(seen[intensities], path)
     seen = seen.assign(**within)
@@ -107,7 +107,7 @@ def read(path: Path, bad_values: str, fps: str) -> Take:
         if origin.measured:
             channels[name] = values
     valid = np.zeros(len(table), bool)
-    valid[success] = ~bad & channels.notna().any(axis=1).to_numpy()
+    valid[success] = ~bad & ~off & channels.notna().any(axis=1).to_numpy()
 
     index = table["frame"].to_numpy()
     channels = channels.reindex(table.index)
@@ -169,13 +169,19 @@ def _one_face(table: pd.DataFrame, path: Path) -> pd.DataFrame:
 def _numbers(
     table: pd.DataFrame, columns: Sequence[str], path: Path, bad_values: str
 ) -> tuple[pd.DataFrame, np.ndarray]:
-    """Columns as floats, NaN where OpenFace says so, and which rows held something else."""
+    """Columns as floats, NaN where OpenFace says so, and which rows held something else.
+
+    A cell is never empty, but in a column that is so throughout.
+    """
     cells = table[list(columns)]
+    missing = np.zeros(cells.shape, bool)
     words = [name for name in columns if cells[name].dtype.kind not in "fiub"]
     if words:
         stripped = cells[words].apply(lambda column: column.str.strip())
-        cells = cells.assign(**stripped.where(~stripped.isin(MISSING), ""))
-    return numbers(cells, list(columns), path, bad_values, blank_ok=True)
+        told = stripped.isin(MISSING)
+        missing = told.reindex(columns=cells.columns, fill_value=False).to_numpy(bool)
+        cells = cells.assign(**stripped.where(~told, ""))
+    return numbers(cells, list(columns), path, bad_values, blank_ok=missing)
 
 
 def _turns(seen: pd.DataFrame, path: Path) -> np.ndarray | None:

@@ -93,13 +93,18 @@ def read(path: Path, fps: str, stride: int, bad_values: str) -> Take:
     table, frame, score = table.iloc[rows], frame[rows], score["FaceScore"].to_numpy()[rows]
 
     landmarks = [name for name in LANDMARKS if name in table]
-    values, bad_row = numbers(table, columns, path, bad_values, blank_ok=True)
-    points, bad_points = numbers(table, landmarks, path, bad_values, blank_ok=True)
-    found = seen & (score > 0) & ~bad[rows] & ~bad_row & ~bad_points
+    found = seen & (score > 0) & ~bad[rows]
     if "FaceRectX" in table:  # blank where no face was found, whatever else the row holds
         found &= numbers(table, ["FaceRectX"], path, "mask")[0].notna().to_numpy().ravel()
+    values, bad_row = _numbers(table, columns, found, path, bad_values)
+    points, bad_points = _numbers(table, landmarks, found, path, bad_values)
+    found &= ~bad_row & ~bad_points
     radians = angles(
-        values[[c for c in CONVENTION.signs if c in values]], "radians", path, "Run py-feat again."
+        values[[c for c in CONVENTION.signs if c in values]],
+        "radians",
+        path,
+        "py-feat 2 writes radians; a table in degrees is read with ingest.format: table and "
+        "ingest.table.angle_unit: degrees.",
     )
     turns, origins = by_channel(radians, CONVENTION.signs)
     channels = expressions(values, path).join(turns)
@@ -115,10 +120,22 @@ def read(path: Path, fps: str, stride: int, bad_values: str) -> Take:
         motion,
         Fraction(fps) / stride,
         coefficients=coefficients,
-        origins=all_origins(columns, origins),
+        origins=all_origins(list(table), origins),
         first_frame=int(number.min()),
         numbered=True,
     )
+
+
+def _numbers(
+    table: pd.DataFrame, columns: list[str], found: np.ndarray, path: Path, bad_values: str
+) -> tuple[pd.DataFrame, np.ndarray]:
+    """Columns as floats, and which rows held something else.
+
+    Where a face was found, found (n,), py-feat leaves all of these cells empty or none.
+    """
+    nothing = (table[columns].astype(str) == "").all(axis=1).to_numpy()
+    blank_ok = (~found | nothing)[:, None]
+    return numbers(table, columns, path, bad_values, blank_ok=blank_ok)
 
 
 def _frames(number: pd.Series, stride: int, path: Path) -> np.ndarray:

@@ -13,11 +13,19 @@ import pyarrow.parquet as pq
 from mimeline.atomic import whole
 from mimeline.errors import BadFile, MissingColumn, unreadable
 from mimeline.tracking.convention import Convention
-from mimeline.tracking.formats.columns import expressions, header_of, numbers, read_columns
+from mimeline.tracking.formats.columns import (
+    EXPRESSION_RANGE,
+    header_of,
+    line_of,
+    names_of,
+    numbers,
+    read_columns,
+)
 from mimeline.tracking.take import MOST_FRAMES, Origin, Take, assemble
 from mimeline.vocabulary import CHANNELS, EXPRESSIONS, canonical
 
 OTHERS = frozenset(("Timecode", "FaceScore", "_neutral"))  # of formats that bear the same names
+MOST_NAMED = 12  # columns of a file, in a message
 TRUTHS = {"true": 1.0, "false": 0.0}
 
 ENDINGS = (".csv", ".parquet")
@@ -39,7 +47,7 @@ CONVENTION = Convention(
 
 def holds(path: Path) -> bool:
     """Whether the file's header has a channel's name, and nothing of another format."""
-    names = _parquet_names(path) if path.suffix.lower() == ".parquet" else header_of(path)
+    names = frozenset(_names(path))
     return any(canonical(name) for name in names) and not OTHERS & names
 
 
@@ -65,8 +73,11 @@ def read(
     Raises BadFile, MissingColumn.
     """
     mapped = {channel: (m["column"], float(m["scale"])) for channel, m in channels.items()}
-    asides = [name for name in (frame, valid, confidence, loss) if name is not None]
-    needed = tuple(dict.fromkeys([*(column for column, _ in mapped.values()), *asides]))
+    asides = {"frame": frame, "valid": valid, "confidence": confidence, "loss": loss}
+    keys = {f"channels.{channel}": column for channel, (column, _) in mapped.items()}
+    keys |= {key: column for key, column in asides.items() if column is not None}
+    _check_named(keys, path)
+    needed = tuple(dict.fromkeys(keys.values()))
     table = _table(path, needed, text=tuple({confidence, loss} - {None}))
     own = {n: (c, 1.0) for c in table if (n := canonical(c)) and c not in needed}
     if twice := sorted(set(own) & set(mapped)):
@@ -78,12 +89,16 @@ def read(
             remedy="Take the mapping or the column out.",
         )
     sources = {name: (own | mapped)[name] for name in CHANNELS if name in own | mapped}
-    if table.empty or not sources:
+    if not sources:
         raise BadFile(
             path,
-            found="no row" if table.empty else "no channel",
-            expected="at least a frame of a channel",
-            remedy="Export the table again, or map its columns under ingest.table.channels.",
+            found=_listed(_names(path)),
+            expected="a column with a channel's name",
+            remedy="Name its columns under ingest.table.channels.",
+        )
+    if table.empty:
+        raise BadFile(
+            path, found="no row", expected="at least a frame", remedy="Export the table again."
         )
     table, index = _clock(table, frame, first_frame, path, bad_values)
     told = _flags(table, valid, path, bad_values)
@@ -124,8 +139,36 @@ def _exact(number: float) -> str:
     return "" if np.isnan(number) else repr(float(number))
 
 
+def _check_named(keys: Mapping[str, str], path: Path) -> None:
+    """Raises MissingColumn where the file has not what a key of ingest.table names."""
+    names = _names(path)
+    there = set(names) if _is_parquet(path) else {name.casefold() for name in names}
+    for key, column in keys.items():
+        if names and (column if _is_parquet(path) else column.casefold()) not in there:
+            raise MissingColumn(
+                path,
+                found=f"no column {column}; the file has {_listed(names)}",
+                expected=f"the column that ingest.table.{key} names",
+                remedy=f"Correct ingest.table.{key}.",
+            )
+
+
+def _listed(names: list[str]) -> str:
+    more = ", …" if len(names) > MOST_NAMED else ""
+    return ", ".join(name[:40] for name in names[:MOST_NAMED]) + more
+
+
+def _names(path: Path) -> list[str]:
+    """The file's columns; none where it cannot be read."""
+    return _parquet_names(path) if _is_parquet(path) else names_of(path)
+
+
+def _is_parquet(path: Path) -> bool:
+    return path.suffix.lower() == ".parquet"
+
+
 def _table(path: Path, needed: tuple[str, ...], text: tuple[str, ...]) -> pd.DataFrame:
-    if path.suffix.lower() == ".parquet":
+    if _is_parquet(path):
         return _parquet(path, needed)
     return read_columns(path, text, tuple(name for name in needed if name not in text))
 
@@ -143,13 +186,6 @@ def _parquet(path: Path, needed: tuple[str, ...]) -> pd.DataFrame:
                     found=f"column {twice} twice",
                     expected="each column once",
                     remedy="Export the table again.",
-                )
-            if missing := [name for name in needed if name not in names]:
-                raise MissingColumn(
-                    path,
-                    found="no such column",
-                    expected=", ".join(missing),
-                    remedy="Correct the names under ingest.table.",
                 )
             if file.metadata.num_rows > MOST_FRAMES:
                 raise BadFile(
@@ -198,11 +234,11 @@ def _plain(column: pa.ChunkedArray) -> pd.Series:
     return series
 
 
-def _parquet_names(path: Path) -> frozenset[str]:
+def _parquet_names(path: Path) -> list[str]:
     try:
-        return frozenset(pq.read_schema(path).names)
+        return pq.read_schema(path).names
     except (OSError, ValueError, pa.ArrowException):
-        return frozenset()
+        return []
 
 
 def _clock(
@@ -279,18 +315,35 @@ def _values(
     turns = [name for name in values if name not in EXPRESSIONS]
     if angle_unit == "degrees":
         values[turns] = np.radians(values[turns])
-    beyond = (values[turns].abs() > np.pi).to_numpy()
-    if beyond.any():
-        row, at = np.argwhere(beyond)[0]
+    _check_ranges(values, cells, sources, path)
+    return values
+
+
+def _check_ranges(
+    values: pd.DataFrame, cells: pd.DataFrame, sources: Mapping[str, tuple[str, float]], path: Path
+) -> None:
+    """Raises BadFile, with the file's own number, for a coefficient or an angle out of range."""
+    low, high = EXPRESSION_RANGE
+    for channel in values:
+        expressive = channel in EXPRESSIONS
+        of = values[channel].to_numpy()
+        beyond = (of < low) | (of > high) if expressive else np.abs(of) > np.pi
+        if not beyond.any():
+            continue
+        row, (column, scale) = int(beyond.argmax()), sources[channel]
+        at = cells.index[row]
+        line = f"row {at + 1}" if _is_parquet(path) else f"line {line_of(path, at)}"
+        own = f"{cells[column].iat[row]:g}" + (f" x {scale:g}" if scale != 1 else "")
+        key = f"ingest.table.channels.{channel}"
         raise BadFile(
             path,
-            place=f"column {sources[turns[at]][0]}",
-            found=f"an angle of {np.degrees(values[turns[at]].iat[row]):.4g} degrees",
-            expected="angles within half a turn",
-            remedy="Set ingest.table.angle_unit, or the column's scale.",
+            place=f"{line}, column {column}",
+            found=own if expressive else f"{own}, an angle of {np.degrees(of[row]):.4g} degrees",
+            expected="a coefficient between 0 and 1" if expressive else "angles within half a turn",
+            remedy=f"Where it is in per cent, set {key}: {{column: {column}, scale: 0.01}}."
+            if expressive
+            else f"Set ingest.table.angle_unit, or the scale of {key}.",
         )
-    expressions(values, path)
-    return values
 
 
 def _floats(table: pd.DataFrame, column: str, path: Path, bad_values: str) -> np.ndarray:
