@@ -44,7 +44,7 @@ def _parser() -> argparse.ArgumentParser:
     inspect.add_argument("path", type=Path, help="a file, or a folder")
     inspect.add_argument("--format", help="read it as this format of ingest.format, and no other")
     inspect.add_argument(
-        "--config", type=Path, help="a run's configuration: how its takes are read"
+        "--config", type=Path, help="a run's configuration: takes are read as it would"
     )
     inspect.add_argument(
         "--set",

@@ -73,7 +73,9 @@ def test_a_gaze_to_the_wrong_side_fails(lively):
     finding = found(changed(lively, gaze_left=-lively.motion["gaze_left"]), "fail")
     assert set(finding) == {"sides_swapped"}
     assert finding["sides_swapped"].value < -0.9
-    assert "gaze_left turns against eyeLook" in finding["sides_swapped"].detail
+    detail = finding["sides_swapped"].detail
+    assert "gaze_left turns against eyeLookIn and eyeLookOut" in detail
+    assert "ingest.mirrored" in detail and "Left and Right" in detail and "sign" in detail
 
 
 def test_looks_of_exchanged_eyes_fail(lively):

@@ -24,7 +24,7 @@ TABLES = {
     for region, table in [
         *((None, table) for table in vars(tables).values() if isinstance(table, tables.Table)),
         *((None, table) for table in tables.COEFFICIENTS.values()),
-        *((f"{region}, {side}", table) for (region, side), table in tables.SERIES.items()),
+        *((f"{side} {region}", table) for (region, side), table in tables.SERIES.items()),
     ]
 }
 

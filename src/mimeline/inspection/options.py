@@ -21,8 +21,8 @@ class Options:
 
     format: the one to think of first, or None; named: think of no other. told: keys that somebody
     gave, "openface.fps". exclude: names of files that a run leaves out. videos: where a run's lie;
-    film_fps: what it cuts them to; None where no configuration tells. bare: keys of formats that
-    were set without one, "fps".
+    film_fps: what it cuts them to; None where no configuration tells. sets: keys of formats that
+    were set by hand, as they were written: "fps" or "livelink.fps".
     """
 
     data: Path
@@ -33,7 +33,7 @@ class Options:
     exclude: frozenset[str]
     videos: Path | None
     film_fps: Fraction | None
-    bare: frozenset[str]
+    sets: frozenset[str]
 
     def tracker(self, format: str) -> Tracker:
         """The reader of a format with its keys."""
@@ -52,7 +52,9 @@ class Options:
     def refuse_idle(self, formats: Iterable[str]) -> None:
         """Raise BadConfig for a key of --set that none of these formats has."""
         has = {key for format in formats for key in self.ingest[format]} - {"folder"}
-        if has and (idle := sorted(self.bare - has)):
+        own = {f"{format}.{key}" for format in formats for key in self.ingest[format]}
+        meant = self.sets if self.format else {key for key in self.sets if "." not in key}
+        if has and (idle := sorted(meant - has - own)):
             raise BadConfig(
                 "--set",
                 place=", ".join(idle),
@@ -90,7 +92,7 @@ def options(
     if not named and config:
         format = given.get("format", "livelink")
     ingest = {key: dict(v) if isinstance(v, dict) else v for key, v in given.items()}
-    bare = {key for text in sets if (key := _put(ingest, text))}
+    by_hand = {key for text in sets if (key := _put(ingest, text))}
     ingest |= {"format": format} if format else {}
     try:
         others = {section: values.get(section) or {} for section in ("catalogue", "fetch")}
@@ -110,14 +112,14 @@ def options(
         exclude,
         videos=data / fetch["folder"] if config and fetch["folder"] else None,
         film_fps=Fraction(fetch["fps"]) if fetch["fps"] else None,
-        bare=frozenset(bare),
+        sets=frozenset(by_hand),
     )
 
 
 def _put(ingest: dict[str, Any], text: str) -> str | None:
     """Write KEY=VALUE into the section, wherever the key belongs.
 
-    Returns the key where it is one of formats and names none of them.
+    Returns the key as it was written, "fps" or "livelink.fps", where formats have it.
     """
     key, equals, value = text.partition("=")
     *block, name = key.strip().removeprefix("ingest.").split(".")
@@ -144,7 +146,7 @@ def _put(ingest: dict[str, Any], text: str) -> str | None:
         )
     for home in homes:
         home[name] = _value(value)
-    return name if not block and name not in defaults else None
+    return None if homes == [ingest] else ".".join((*block, name))
 
 
 def _value(text: str) -> Any:

@@ -68,7 +68,8 @@ def _looks_like(path: Path, format: str, options: Options) -> str:
     found = recognised(path, options)
     if found in (None, format):
         return ""
-    return f"it looks like a {READERS[found].convention.title}: ingest.format: {found}"
+    title = READERS[found].convention.title
+    return f"It looks like another format, {title}: ingest.format: {found}"
 
 
 def _not_checked(seen: Inspection, take: Take) -> None:

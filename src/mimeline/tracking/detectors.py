@@ -288,12 +288,10 @@ def pairs(take: Take) -> Iterator[tuple[str, str, np.ndarray, np.ndarray]]:
     with np.errstate(divide="ignore", invalid="ignore"):
         width = np.hypot(x["left_jaw"] - x["right_jaw"], y["left_jaw"] - y["right_jaw"])
         nose = (x["nose"] - (x["left_jaw"] + x["right_jaw"]) / 2) / width
-    yield from _moving(
-        "head_yaw_left", "the nose in the picture (landmark 30)", nose, motion, TURNS
-    )
+    yield from _moving("head_yaw_left", "the picture's nose (landmark 30)", nose, motion, TURNS)
     eyes = np.arctan2(y["left_eye"] - y["right_eye"], x["left_eye"] - x["right_eye"])
     yield from _moving(
-        "head_tilt_left", "the eyes in the picture (landmarks 36, 45)", eyes, motion, TURNS
+        "head_tilt_left", "the picture's eyes (landmarks 36, 45)", eyes, motion, TURNS
     )
 
 

@@ -105,8 +105,36 @@ def test_a_row_with_too_many_cells_is_refused_and_one_with_too_few_is_bad(file):
         values(file(f"{HEADER}\n0,0,a\n\n0,0,a,9\n"))
     with pytest.raises(BadFile, match=r"line 2: found 5 cells, expected 3.*"):
         values(file(f"{HEADER}\n0,0,a,,9\n0,0,a\n"))
-    with pytest.raises(BadFile, match="line 3, column mouthLeft: found ''"):
-        values(file(f"{HEADER}\n0,0,a\n1\n"))
+    with pytest.raises(BadFile, match="line 3: found 1 cells, expected 3.*delete the line"):
+        values(file(f"{HEADER}\n0,0,a\n1\n"), blank_ok=True)
+
+
+def test_a_row_that_is_cut_off_is_bad_from_its_last_cell_on(file):
+    path = file("note,jawOpen,mouthLeft,x\n\na,0,0,1\n   \nb,1,0.\n\nc,1,1,1\nd\n")
+    told, bad = values(path, "mask", blank_ok=True)
+    assert bad.tolist() == [False, True, False, True]
+    assert told["jawOpen"].tolist()[:3] == [0, 1, 1]
+    assert told["mouthLeft"].isna().tolist() == bad.tolist()
+    with pytest.raises(BadFile, match="found 3 cells, expected 4"):
+        values(path, blank_ok=True)
+
+
+@pytest.mark.parametrize("rows", ["0,1\n1,0\n", "0,1,,\n1,0\n", "0,1\n1,\n"])
+def test_rows_that_all_lack_the_last_columns_are_not_cut_off(file, rows):
+    _, bad = values(file(f"jawOpen,mouthLeft,note,more\n{rows}"), blank_ok=True)
+    assert not bad.any()
+
+
+def test_empty_cells_may_be_fine_in_some_cells_and_in_columns_without_a_number(file):
+    path = file("jawOpen,mouthLeft,note\n,,a\n1,,b\n,,c\n")
+    _, bad = values(path, "mask", blank_ok=np.array([[True], [False], [False]]))
+    assert bad.tolist() == [False, False, True]
+
+
+def test_a_misspelt_column_is_named_where_its_channel_is_missed():
+    origins = all_origins(["JawOpne", "cheekPuff", "Timecode"], {})
+    assert origins["jawOpen"].text == "the file has no such column (it has JawOpne)"
+    assert origins["tongueOut"].text == "the file has no such column"
 
 
 @pytest.mark.parametrize(

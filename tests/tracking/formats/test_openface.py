@@ -64,6 +64,31 @@ def test_what_openface_writes_for_missing_is_missing_and_no_bad_value(tmp_path, 
     assert motion["mouthSmileLeft"].isna().tolist() == [False, True, False, False, False]
 
 
+@pytest.mark.parametrize("column", ["AU12_r", "pose_Rx", "gaze_0_x"])
+def test_an_empty_cell_of_a_face_that_was_found_is_named_or_masks_its_frame(tmp_path, column):
+    rows = with_cell(golden("turns_left"), column, 1, "")
+    with pytest.raises(BadFile, match=f"line 3, column {column}: found ''"):
+        read(rows, tmp_path)
+    valid = [True, False, True, True, True]
+    assert read(rows, tmp_path, "mask").motion["valid"].tolist() == valid
+    rows = with_cell(rows, "success", 1, 0)
+    assert read(rows, tmp_path).motion["valid"].tolist() == valid
+    rows[column] = ""  # never given
+    assert read(rows, tmp_path).motion["jawOpen"].notna().tolist() == valid
+
+
+def test_a_file_that_is_cut_off_is_refused_or_loses_its_last_frame(tmp_path):
+    path = tmp_path / "clip.csv"
+    rows = golden("turns_left")
+    *lines, last = rows.to_csv(index=False).splitlines()
+    cells = last.split(",")[: rows.columns.get_loc("AU12_r")]
+    path.write_text("\n".join([*lines, ",".join(cells)]))
+    counts = f"line 6: found {len(cells)} cells, expected {rows.shape[1]}"
+    with pytest.raises(BadFile, match=counts):
+        openface.read(path, "fail", "30")
+    assert openface.read(path, "mask", "30").motion["valid"].tolist() == [True] * 4 + [False]
+
+
 def test_text_in_a_number_is_named_or_masks_its_frame(tmp_path):
     rows = with_cell(golden("turns_left"), "AU12_r", 1, "strong")
     with pytest.raises(BadFile, match="line 3, column AU12_r.*'strong'"):

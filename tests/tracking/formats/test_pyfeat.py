@@ -106,6 +106,38 @@ def test_a_frame_without_a_single_number_is_lost_though_its_face_was_found(pyfea
     assert read(pyfeat_rows, tmp_path).motion["valid"].tolist()[2:] == [True, False, True]
 
 
+@pytest.mark.parametrize("column", ["jawOpen", "Yaw", "y_8"])
+def test_an_empty_cell_of_a_face_that_was_found_is_named_or_masks_its_frame(
+    pyfeat_rows, tmp_path, column
+):
+    rows = with_landmarks(pyfeat_rows)
+    rows.loc[1, column] = np.nan
+    with pytest.raises(BadFile, match=f"line 3, column {column}: found ''"):
+        read(rows, tmp_path)
+    valid = [True, False, True]
+    assert read(rows, tmp_path, bad_values="mask").motion["valid"].tolist()[2:] == valid
+    assert (
+        read(rows.assign(**{column: np.nan}), tmp_path).motion["valid"].tolist()[2:] == [True] * 3
+    )
+
+
+def test_a_file_that_is_cut_off_is_refused_or_loses_its_last_frame(pyfeat_rows, tmp_path):
+    path = tmp_path / "clip.csv"
+    first = ["frame", "FaceScore"]
+    rows = pyfeat_rows[[*first, *pyfeat_rows.columns.drop(first)]]
+    *lines, last = rows.to_csv(index=False).splitlines()
+    path.write_text("\n".join([*lines, ",".join(last.split(",")[:9])]))
+    with pytest.raises(BadFile, match=f"line 4: found 9 cells, expected {rows.shape[1]}"):
+        pyfeat.read(path, fps="25", stride=2, bad_values="fail")
+    motion = pyfeat.read(path, fps="25", stride=2, bad_values="mask").motion
+    assert motion["valid"].tolist()[2:] == [True, True, False]
+
+
+def test_angles_in_degrees_are_refused_with_the_format_that_reads_them(pyfeat_rows, tmp_path):
+    with pytest.raises(BadFile, match="column Yaw.*ingest.format: table.*angle_unit: degrees"):
+        read(pyfeat_rows.assign(Yaw=20.0), tmp_path)
+
+
 def test_a_frame_without_a_face_is_masked(pyfeat_rows, tmp_path):
     blank = pyfeat_rows.columns.drop(["frame", "input"])
     pyfeat_rows.loc[1, blank] = np.nan  # written as empty cells

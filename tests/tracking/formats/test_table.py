@@ -111,8 +111,15 @@ def test_a_column_that_the_configuration_names_must_be_there(read, options):
         read(rows(), **options)
 
 
+def test_a_mapping_to_no_column_says_which_and_what_there_is(read):
+    more = {f"other_{number}": [0, 0, 0] for number in range(20)}
+    expected = r"no column LSmile; the file has jawOpen, .*other_9, ….*channels\.mouthSmileLeft"
+    with pytest.raises(MissingColumn, match=expected):
+        read(rows(**more), channels={"mouthSmileLeft": column("LSmile")})
+
+
 def test_a_table_without_a_channel_or_without_a_row_is_refused(read):
-    with pytest.raises(BadFile):
+    with pytest.raises(BadFile, match="found time, smile.*Name its columns under ingest.table.ch"):
         read(pd.DataFrame({"time": [0.0], "smile": [1.0]}))
     with pytest.raises(BadFile):
         read(rows().head(0))
@@ -232,9 +239,11 @@ def test_a_parquets_null_is_no_loss_and_its_nan_an_infinite_one(tmp_path):
 
 
 def test_values_far_out_of_range_are_refused_with_what_to_set(read):
-    with pytest.raises(BadFile, match="between 0 and 1"):
-        read(rows(cheekPuff=[0, 30, 100]))
-    with pytest.raises(BadFile, match="column gaze_up.*ingest.table.angle_unit"):
+    found = r"(line 3|row 2), column puff: found 30, .*between 0 and 1.*cheekPuff: .*scale: 0.01"
+    with pytest.raises(BadFile, match=found):
+        read(rows(puff=[0, 30, 100]), channels={"cheekPuff": column("puff")})
+    found = "(line 3|row 2), column gaze_up: found 10, an angle of 573 degrees.*table.angle_unit"
+    with pytest.raises(BadFile, match=found):
         read(rows(gaze_up=[0, 10, 20]))
 
 

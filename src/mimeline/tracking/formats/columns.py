@@ -12,13 +12,13 @@ import pandas as pd
 from pandas.errors import DtypeWarning, ParserError, ParserWarning
 
 from mimeline.errors import BadFile, MissingColumn, NoSuchFile
+from mimeline.tracking.formats.cut_rows import mark, refuse_cut_off
 from mimeline.tracking.take import MOST_FRAMES, Origin
 from mimeline.vocabulary import CHANNELS, EXPRESSIONS, canonical
 
 LARGEST = 2**30  # bytes of a file: MOST_FRAMES rows of Live Link Face, of OpenFace an hour
 LARGEST_BY_ROW = 2**26  # of one that is taken row by row, in many times its size of memory
 MOST_ROWS = 4 * MOST_FRAMES  # with a row for each face of a frame
-CUT_OFF = "cut off: "  # begins what stands in cells that a row is too short for
 EXPRESSION_RANGE = (-1.0, 2.0)  # coefficients of [0, 1] overshoot a little
 
 
@@ -104,16 +104,7 @@ def numbers(
     if bad.any() and bad_values == "fail":
         row, column = np.argwhere(bad)[0]
         cell, line = chosen.iat[row, column], line_of(path, table.index[row])
-        if isinstance(cell, str) and cell.startswith(CUT_OFF):
-            found, expected = cell.removeprefix(CUT_OFF).split(" of ")
-            raise BadFile(
-                path,
-                place=f"line {line}",
-                found=f"{found} cells",
-                expected=expected,
-                remedy="The row is cut off: delete the line, or set ingest.bad_values: mask to "
-                "treat the frame as a gap.",
-            )
+        refuse_cut_off(cell, path, line)
         raise BadFile(
             path,
             place=f"line {line}, column {columns[column]}",
@@ -299,35 +290,8 @@ def _parsed(path: Path, names: list[str], text: tuple[str, ...], spaced: bool) -
         table = _by_row(path, len(names))
     if len(table) > MOST_ROWS:
         raise _too_many_rows(path)
-    _mark_cut_off(table, path)
+    mark(table, path)
     return table.set_axis(names, axis=1)
-
-
-def _mark_cut_off(table: pd.DataFrame, path: Path) -> None:
-    """Say so in the cells that a row lacks, and in its last one, which may be cut as well.
-
-    A row is as wide as the last column that is not blank throughout. Only where that one has blank
-    cells is the file looked at again.
-    """
-    blank, width = np.zeros(len(table), bool), table.shape[1]
-    for at in range(width - 1, -1, -1):
-        kept = table[at].dtype.kind in "iufb"
-        blank = np.zeros(len(table), bool) if kept else (table[at] == "").to_numpy(bool)
-        if not blank.all():
-            width = at + 1
-            break
-    if not blank.any() or blank.all():
-        return
-    with open(path, encoding="utf-8-sig", newline="") as file:
-        rows = (cells for cells in csv.reader(file) if len(cells) > 1 or "".join(cells).strip())
-        lengths = np.array([len(cells) for cells in rows][1:])
-    if len(lengths) != len(table):
-        return
-    for length in np.unique(lengths[lengths < width]):
-        cut = list(range(length - 1, width))
-        whole = [at for at in cut if table[at].dtype.kind in "iufb"]
-        table[whole] = table[whole].astype(object)
-        table.iloc[np.flatnonzero(lengths == length), cut] = f"{CUT_OFF}{length} of {width}"
 
 
 def _too_many_rows(path: Path) -> BadFile:

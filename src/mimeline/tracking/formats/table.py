@@ -15,7 +15,6 @@ from mimeline.errors import BadFile, MissingColumn, unreadable
 from mimeline.tracking.convention import Convention
 from mimeline.tracking.formats.columns import (
     EXPRESSION_RANGE,
-    header_of,
     line_of,
     names_of,
     numbers,
