@@ -36,7 +36,7 @@ class Take:
     coefficients: other representations, named as in tables.COEFFICIENTS, each a table with its
     columns but clip_id and frame, row by row beside motion; NaN where a frame has none.
     origins: channel → how it was had. loss: what tracker_loss is ("the tracker's own"), empty where
-    there is none; no_loss: what it would take to have one, where the reader knows.
+    there is none; no_loss: why there is none, where the reader knows.
     first_frame: the number that the source gives to its first frame, if it counts.
     numbered: the source numbers or times its frames, so that those it leaves out are known; else a
     row is a frame.

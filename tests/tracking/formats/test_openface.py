@@ -328,3 +328,10 @@ def test_real_landmarks_in_space_are_those_of_the_picture_so_that_they_tell_no_l
         left = flat[0] - terms @ np.linalg.lstsq(terms, flat[0], rcond=None)[0]
         assert np.abs(left).max() < 1e-3
     assert take.loss == ""
+
+
+def test_a_table_has_no_loss_and_says_why(tmp_path):
+    take = read(golden("turns_left"), tmp_path)
+    assert take.loss == ""
+    assert "landmarks" in take.no_loss
+    assert take.motion["tracker_loss"].isna().all()

@@ -117,7 +117,13 @@ def read(path: Path, bad_values: str, fps: str) -> Take:
     seen, points = (rows[good].set_axis(index[valid]) for rows in (seen, points))
     coefficients = _coefficients(seen, points, clock)
     return Take(
-        motion, Fraction(fps), coefficients, origins, first_frame=first_frame, numbered=True
+        motion,
+        Fraction(fps),
+        coefficients,
+        origins,
+        no_loss="OpenFace works its landmarks in space out from those in the picture",
+        first_frame=first_frame,
+        numbered=True,
     )
 
 
