@@ -6,6 +6,7 @@ import json
 import pickle
 import shutil
 import zipfile
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -60,6 +61,8 @@ def _spoil_folder(path: Path, files: list[Path], outside: Path, draw: Draw) -> N
         return
     file = draw(st.sampled_from(files))
     other = file.with_name(draw(st.sampled_from([*NAMES, *(f.name for f in files)])))
+    if other.is_dir():  # an earlier spoiling left a folder there
+        shutil.rmtree(other)
     if how == "remove":
         file.unlink()
     elif how == "rename":
@@ -114,7 +117,7 @@ def _spoil_member(path: Path, draw: Draw) -> None:
     try:
         with zipfile.ZipFile(path) as archive:
             members = {name: archive.read(name) for name in archive.namelist()}
-    except (OSError, ValueError, zipfile.BadZipFile, NotImplementedError):
+    except (OSError, ValueError, zipfile.BadZipFile, zlib.error, NotImplementedError):
         return _spoil_bytes(path, draw)
     if not members:
         return _spoil_bytes(path, draw)
