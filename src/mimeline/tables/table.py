@@ -16,6 +16,11 @@ class Table:
     checks: pandera.DataFrameSchema
     order: tuple[str, ...]
 
+    @property
+    def value_names(self) -> list[str]:
+        """The columns that are not the clip and the frame."""
+        return [name for name in self.schema.names if name not in ("clip_id", "frame")]
+
 
 def declare(
     name: str, columns: dict, order: Sequence[str], frame_checks=None, key: Sequence[str] = ()

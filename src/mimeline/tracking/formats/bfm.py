@@ -26,7 +26,7 @@ from mimeline.vocabulary import HEAD
 
 WIDTH = 257
 KEPT = np.r_[80:144, 224:227, 254:257]  # expression, angles, translation
-COLUMNS = COEFFICIENTS["bfm"].schema.names[2:]  # without clip_id and frame
+COLUMNS = COEFFICIENTS["bfm"].value_names
 ANGLES = [f"angle_{axis}" for axis in AXES]
 MOST_BYTES = 300_000_000  # as doubles: an hour and a half at 25 frames a second
 

@@ -22,7 +22,7 @@ from mimeline.tracking.formats.model_coefficients import refuse_beyond, rotation
 from mimeline.tracking.take import Origin, Take, assemble
 from mimeline.vocabulary import HEAD
 
-COLUMNS = COEFFICIENTS["flame"].schema.names[2:]  # without clip_id and frame
+COLUMNS = COEFFICIENTS["flame"].value_names
 EXPRESSION = [name for name in COLUMNS if name.startswith("exp")]
 EYELIDS = ["eyelid_left", "eyelid_right"]
 FARTHEST = {"head": 3.3, "neck": 1.7, "jaw": 1.7, "left_eye": 1.7, "right_eye": 1.7}

@@ -15,7 +15,7 @@ import pandas as pd
 from mimeline.errors import BadFile, unreadable
 from mimeline.tables import COEFFICIENTS
 
-COLUMNS = COEFFICIENTS["landmarks"].schema.names[2:]  # without clip_id and frame
+COLUMNS = COEFFICIENTS["landmarks"].value_names
 SPARSE, DENSE = "kpt", "kpt_dense"
 N_POINTS = {SPARSE: 68, DENSE: 478}
 NAME = re.compile(r"[0-9]{1,9}\.npy")

@@ -16,7 +16,7 @@ import pandas as pd
 from mimeline.archives.torch_saved import write_saved
 from mimeline.errors import BadFile, unreadable
 from mimeline.tracking.convention import Convention
-from mimeline.tracking.formats.flame_take import EXPRESSION, joint, take_of
+from mimeline.tracking.formats.flame_take import EXPRESSION, EYELIDS, joint, take_of
 from mimeline.tracking.formats.kpt import landmarks_of
 from mimeline.tracking.formats.metrical_frame import FIELDS, SEEN, WIDTH, field_of, read_frame
 from mimeline.tracking.formats.metrical_rotations import (
@@ -33,7 +33,6 @@ from mimeline.vocabulary import HEAD
 
 CHECKPOINT = "checkpoint"
 NAME = re.compile(r"([0-9]{1,9})\.frame")
-EYELIDS = ["eyelid_left", "eyelid_right"]
 PIXELS, FOCUS = 512, 5000 / 512  # of a picture's side; in halves of it, as the tracker begins with
 
 ENDINGS: tuple[str, ...] = ()

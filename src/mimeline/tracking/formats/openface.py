@@ -38,7 +38,7 @@ POSE = ("pose_Rx", "pose_Ry", "pose_Rz")
 EYES = tuple(tuple(f"gaze_{eye}_{axis}" for axis in "xyz") for eye in (0, 1))
 GAZE_ANGLES = ("gaze_angle_x", "gaze_angle_y")
 PICTURE = tuple(f"{axis}_{point}" for axis in "xy" for point in range(68))
-UNITS = tuple(COEFFICIENTS["action_units"].schema.names[2:])
+UNITS = tuple(COEFFICIENTS["action_units"].value_names)
 FROM_CAMERA = np.diag([1.0, -1.0, -1.0])  # camera's axes → subject's, and back
 
 ENDINGS = (".csv",)
@@ -236,7 +236,7 @@ def _coefficients(
     """Action units and landmarks as the tables beside the motion have them, where there are any."""
     flat = points.rename(columns={old: f"{old[0]}_{int(old[2:]):02d}" for old in PICTURE})
     return {
-        name: rows.reindex(index=clock, columns=COEFFICIENTS[name].schema.names[2:])
+        name: rows.reindex(index=clock, columns=COEFFICIENTS[name].value_names)
         for name, rows in (("action_units", seen), ("landmarks", flat))
         if rows.columns.isin(COEFFICIENTS[name].schema.names).any()
     }

@@ -113,7 +113,7 @@ def read(path: Path, fps: str, stride: int, bad_values: str) -> Take:
     motion = assemble(frame, found, channels, score, path)
     coefficients = {}
     if len(landmarks) == len(LANDMARKS):
-        names = tables.COEFFICIENTS["landmarks"].schema.names[2:]
+        names = tables.COEFFICIENTS["landmarks"].value_names
         points = points.set_axis(names, axis=1).set_axis(frame)[found].astype("float32")
         coefficients["landmarks"] = points.reindex(pd.RangeIndex(len(motion)))
     return Take(
