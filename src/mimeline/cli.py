@@ -56,6 +56,53 @@ def _parser() -> argparse.ArgumentParser:
     )
     inspect.add_argument("--json", action="store_true", help="for programs")
     inspect.set_defaults(run=_inspect)
+
+    why = commands.add_parser(
+        "why",
+        help="what became of a clip, stage by stage",
+        description="What each stage decided on a clip, by which rule, value and limit.",
+    )
+    why.add_argument("clip", help="a clip's id")
+    why.add_argument("--results", type=Path, default=Path("results"), help="a run's results")
+    why.add_argument("--json", action="store_true", help="for programs")
+    why.set_defaults(run=_why)
+
+    funnel = commands.add_parser(
+        "funnel",
+        help="how many clips came through each stage, and how many would with other limits",
+        description="The clips of a run, stage by stage, with the reasons of every loss. With "
+        "--set, what would change; nothing is run and nothing is written.",
+    )
+    funnel.add_argument("--results", type=Path, default=Path("results"), help="a run's results")
+    funnel.add_argument(
+        "--config", type=Path, action="append", default=[], help="the run's --configfile, if any"
+    )
+    funnel.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="a changed limit, such as select.max_s=12 or pose.max_yaw_deg=40; may be repeated",
+    )
+    funnel.add_argument("--json", action="store_true", help="for programs")
+    funnel.set_defaults(run=_funnel)
+
+    review = commands.add_parser(
+        "review",
+        help="look at the clips in a browser and write the list of those to leave out",
+        description="Serve a page on this machine alone that plays the clips; what is left out "
+        "there, and why, goes to a CSV for select.exclusions.",
+    )
+    review.add_argument("--results", type=Path, default=Path("results"), help="a run's results")
+    review.add_argument(
+        "--exclusions",
+        type=Path,
+        default=Path("config/exclusions.csv"),
+        help="the list to write, and to go on with where it is there",
+    )
+    review.add_argument("--port", type=int, default=0, help="0: any that is free")
+    review.add_argument("--no-browser", action="store_true", help="only say the address")
+    review.set_defaults(run=_review)
     return parser
 
 
@@ -79,3 +126,26 @@ def _inspect(arguments: argparse.Namespace) -> int:
     if seen.error:
         print(f"mimeline: {seen.error}", file=sys.stderr)
     return 0 if seen.sound else 1
+
+
+def _why(arguments: argparse.Namespace) -> int:
+    from mimeline.inspection import why
+
+    found = why.why(arguments.results, arguments.clip)
+    print(why.as_json(found) if arguments.json else why.as_text(found), end="", flush=True)
+    return 0
+
+
+def _funnel(arguments: argparse.Namespace) -> int:
+    from mimeline.inspection import funnel
+
+    found = funnel.funnel(arguments.results, arguments.config, arguments.set)
+    print(funnel.as_json(found) if arguments.json else funnel.as_text(found), end="", flush=True)
+    return 0
+
+
+def _review(arguments: argparse.Namespace) -> int:
+    from mimeline.studio.review import serve
+
+    serve(arguments.results, arguments.exclusions, arguments.port, not arguments.no_browser)
+    return 0

@@ -36,6 +36,7 @@ def settle_config(config: dict[str, Any]) -> dict[str, Any]:
     named = (
         ("data_dir", settled["data_dir"], "folder", Path.is_dir),
         ("select.exclusions", settled["select"]["exclusions"], "file", Path.is_file),
+        ("describe.templates", settled["describe"]["templates"], "file", Path.is_file),
         ("label.file", settled["label"]["file"], "file", Path.is_file),
         ("evaluate.truth", settled["evaluate"]["truth"], "folder", Path.is_dir),
         ("report.face", settled["report"]["face"], "file or folder", Path.exists),

@@ -46,7 +46,11 @@ def _write_clips(ids: list[str], path: Path) -> Path:
     rows = pd.DataFrame({"clip_id": ids}).reindex(columns=tables.CLIPS.schema.names)
     rows = rows.assign(source_id="s", start_s=0.0, end_s=1.0, shard=0)
     empty = pd.Series([[]] * len(rows), dtype=object, index=rows.index)
-    tables.write(tables.CLIPS, rows.assign(actions=empty, texts=empty), path)
+    tables.write(
+        tables.CLIPS,
+        rows.assign(actions=empty, emotions=empty, attributes=empty, texts=empty),
+        path,
+    )
     return path
 
 

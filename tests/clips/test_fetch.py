@@ -51,7 +51,7 @@ def run(tmp_path):
         defaults = {"source_id": "source", "start_s": 0.0, "end_s": 1.0, "actions": []}
         rows = [defaults | row for row in rows]
         clips = pd.DataFrame(rows, columns=tables.CLIPS.schema.names).assign(shard=0)
-        clips["texts"] = [[]] * len(clips)
+        clips["emotions"] = clips["attributes"] = clips["texts"] = [[]] * len(clips)
         tables.write(tables.CLIPS, clips, tmp_path / "in.parquet")
         kept, times, ledger = (tmp_path / f"{name}.parquet" for name in ("kept", "times", "ledger"))
         fetch(

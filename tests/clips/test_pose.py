@@ -36,7 +36,8 @@ def run(tmp_path):
         clips = clips.assign(
             source_id=source or clips["clip_id"], start_s=0.0, end_s=4.0, shard=0, n_frames=100
         )
-        clips["actions"], clips["texts"] = [[]] * len(names), [[]] * len(names)
+        for name in ("actions", "emotions", "attributes", "texts"):
+            clips[name] = [[]] * len(names)
         tables.write(tables.CLIPS, clips, tmp_path / "clips.parquet")
         motion = tables.empty(tables.MOTION)
         if tracked is not None:

@@ -18,7 +18,7 @@ def table(rows: list[dict]) -> pd.DataFrame:
     defaults = {"source_id": "s", "start_s": 0.0, "end_s": 6.0, "width": 600, "height": 600}
     rows = [defaults | {"actions": []} | row for row in rows]
     clips = pd.DataFrame(rows, columns=tables.CLIPS.schema.names).assign(shard=0)
-    clips["texts"] = [[]] * len(clips)
+    clips["emotions"] = clips["attributes"] = clips["texts"] = [[]] * len(clips)
     return clips
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from mimeline import tables
 from mimeline.clips.catalogue import catalogue
-from mimeline.clips.videos import read, videos_in
+from mimeline.clips.catalogues.videos import read, videos_in
 from mimeline.errors import BadFile
 from mimeline.media.film import write_film
 from mimeline.media.limits import Limits

@@ -48,7 +48,8 @@ def world(tmp_path):
         motion = moving.reindex(columns=tables.MOTION.schema.names).assign(valid=True)
         clips = pd.DataFrame({"clip_id": CLIPS}).reindex(columns=tables.CLIPS.schema.names)
         clips = clips.assign(source_id="s", start_s=0.0, end_s=2.0, shard=0)
-        clips["actions"] = clips["texts"] = pd.Series([[]] * len(CLIPS), dtype=object)
+        for name in ("actions", "emotions", "attributes", "texts"):
+            clips[name] = pd.Series([[]] * len(CLIPS), dtype=object)
         tables.write(tables.CLIPS, clips, tmp_path / "clips.parquet")
         tables.write(tables.MOTION, motion, tmp_path / "motion.parquet")
         named = frames_of(keys, **brow(predicted))

@@ -42,6 +42,8 @@ def clips(path: Path, ids: list[str], media: dict[str, Path] | None = None) -> P
             "fps_den": 1,
             "n_frames": FRAMES,
             "actions": [],
+            "emotions": [],
+            "attributes": [],
             "texts": [],
             "shard": 0,
             "media": str(media[clip]) if media and clip in media else None,

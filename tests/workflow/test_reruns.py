@@ -13,9 +13,19 @@ from mimeline.config.trackers import OF_FACE_MODELS
 from mimeline.tracking.readers import READERS
 from mimeline.vocabulary import SERIES_REGIONS
 
-AFTER_POSE = {"series", "segment", "exemplars", "label", "annotate", "split", "train", "evaluate"}
+AFTER_POSE = {
+    "series",
+    "segment",
+    "exemplars",
+    "label",
+    "annotate",
+    "describe",
+    "split",
+    "train",
+    "evaluate",
+}
 AFTER_POSE |= {"evaluate_annotation", "report"}
-AFTER_LABEL = {"annotate", "train", "evaluate", "evaluate_annotation", "report"}
+AFTER_LABEL = {"annotate", "describe", "train", "evaluate", "evaluate_annotation", "report"}
 
 # Which rules use a key: the longest prefix that matches it. A section's keys belong to the rule of
 # its name; what other rules use besides is told here.
@@ -51,6 +61,7 @@ USERS: dict[str, set[str]] = {
     "label": {"exemplars"},
     "label.file": {"label"},
     "annotate": {"annotate", "evaluate_annotation", "evaluate", "report"},
+    "describe": {"describe"},
     "split": {"split"},
     "train.timeline": {"train"},
     "evaluate.truth": {"evaluate_annotation", "sweep_region", "report"},
@@ -63,11 +74,14 @@ USERS: dict[str, set[str]] = {
 # A block of a format counts where its format is chosen, and only there.
 FORMATS = {
     "catalogue.celebvtext": {},
-    "catalogue.files": {"catalogue": {"format": "files"}},
-    "catalogue.videos": {"catalogue": {"format": "videos"}},
+    **{
+        f"catalogue.{name}": {"catalogue": {"format": name}}
+        for name in ("celebvhq", "realtalk", "mead", "ravdess", "table", "files", "videos")
+    },
     "ingest.livelink": {},
     **{f"ingest.{name}": {"ingest": {"format": name}} for name in READERS if name != "livelink"},
     "pose.sixdrepnet": {},
+    "pose.openface": {"pose": {"format": "openface"}},
 }
 # These change which jobs there are, or where their files lie, not the params of a rule.
 STRUCTURE = {"data_dir", "shards", "pathvars", "train.models"}
@@ -91,7 +105,9 @@ def another(key: str, field, value):
         return literal
     special = {
         "select.exclusions": "left-out.csv",
+        "describe.templates": "templates.yaml",
         "label.file": "names.yaml",
+        "fetch.url": "http://127.0.0.1/{source_id}.mp4",
         "evaluate.truth": "truth",
         "report.face": "face.npz",
         "catalogue.cut_s": 7.5,

@@ -205,3 +205,28 @@ rule evaluate_annotation:
         "Scoring the annotation against the truth"
     script:
         "../scripts/evaluate_annotation.py"
+
+
+rule describe:
+    input:
+        clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
+        intervals=expand("<results>/annotate/{shard}/intervals.parquet", shard=SHARDS),
+        templates=config["describe"]["templates"] or [],
+    output:
+        descriptions="<results>/describe/descriptions.parquet",
+        attributes="<results>/describe/attributes.parquet",
+        weights="<results>/describe/weights.parquet",
+    log:
+        "<logs>/describe.log",
+    benchmark:
+        "<benchmarks>/describe.tsv"
+    threads: 1
+    resources:
+        mem_mb=2000,
+    params:
+        describe=lookup("describe", within=config),
+        code=code_digest("mimeline.clips.description.describe"),
+    message:
+        "Describing the clips in sentences"
+    script:
+        "../scripts/describe.py"

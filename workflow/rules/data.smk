@@ -84,6 +84,7 @@ rule fetch:
     output:
         clips="<results>/fetch/{shard}/clips.parquet",
         times="<results>/fetch/{shard}/source_times.parquet",
+        fingerprints="<results>/fetch/{shard}/fingerprints.parquet",
         ledger="<results>/fetch/{shard}/ledger.parquet",
     log:
         "<logs>/fetch/{shard}.log",
@@ -96,6 +97,7 @@ rule fetch:
         fetch=lookup("fetch", within=config) | {"fps": rate_of_clips(config)},
         # beside the outputs and not one of them: what a killed run has cut is there for the next
         media=lambda wildcards, output: str(Path(output.clips).with_name("media")),
+        sources=lambda wildcards, output: str(Path(output.clips).with_name("sources")),
         listing=LISTING,
         recipe=code_digest("mimeline.media.cut"),  # what was cut by the same code is taken up
         code=code_digest("mimeline.clips.fetch"),

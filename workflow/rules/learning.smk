@@ -2,8 +2,12 @@ rule split:
     input:
         clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
         motions=expand("<results>/ingest/{shard}/motion.parquet", shard=SHARDS),
+        fingerprints=expand(
+            "<results>/fetch/{shard}/fingerprints.parquet", shard=SHARDS
+        ),
     output:
         split="<results>/split/split.parquet",
+        duplicates="<results>/split/duplicates.parquet",
         statistics="<results>/split/statistics.parquet",
         ledger="<results>/split/ledger.parquet",
     log:

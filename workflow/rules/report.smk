@@ -22,6 +22,9 @@ rule report:
         intervals=expand("<results>/annotate/{shard}/intervals.parquet", shard=SHARDS),
         frames=expand("<results>/annotate/{shard}/frames.parquet", shard=SHARDS),
         split="<results>/split/split.parquet",
+        duplicates="<results>/split/duplicates.parquet",
+        descriptions="<results>/describe/descriptions.parquet",
+        attributes="<results>/describe/attributes.parquet",
         statistics="<results>/split/statistics.parquet",
         annotation_metrics="<results>/evaluate/annotation/metrics.parquet",
         checkpoints=expand(

@@ -12,8 +12,10 @@ with stage(snakemake) as job:
         data=job.input.data,
         kept=job.output.clips,
         times=job.output.times,
+        fingerprints=job.output.fingerprints,
         ledger=job.output.ledger,
         media=job.params.media,
+        sources=job.params.sources,
         recipe=job.params.recipe,
         **job.params.fetch,
     )

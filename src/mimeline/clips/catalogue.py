@@ -12,9 +12,9 @@ from pathlib import Path
 import pandas as pd
 
 from mimeline import tables
-from mimeline.clips import celebvtext, videos
+from mimeline.clips.catalogues import celebvtext, videos
+from mimeline.clips.catalogues.folder import sources
 from mimeline.clips.failure import failure, printable
-from mimeline.clips.folder import sources
 from mimeline.errors import BadFile, MimelineError
 from mimeline.ledger import Ledger
 from mimeline.media.limits import Limits
@@ -83,7 +83,8 @@ def catalogue(
     table = pd.DataFrame(
         [row for row in rows if row["clip_id"] in kept], columns=tables.CLIPS.schema.names
     )
-    table["texts"] = [[]] * len(table)
+    for name in ("emotions", "attributes", "texts"):
+        table[name] = [found if isinstance(found, list) else [] for found in table[name]]
     table["shard"] = [shard_of(source, len(clips)) for source in table["source_id"]]
     for number, path in enumerate(clips):
         tables.write(tables.CLIPS, table[table["shard"] == number], path)

@@ -13,9 +13,9 @@ import pandas as pd
 
 from mimeline import tables
 from mimeline.atomic import whole
-from mimeline.clips.celebvtext import LARGEST_SHARE
+from mimeline.clips.catalogues.celebvtext import LARGEST_SHARE
+from mimeline.clips.catalogues.videos import videos_in
 from mimeline.clips.failure import failure
-from mimeline.clips.videos import videos_in
 from mimeline.errors import MimelineError, unreadable
 from mimeline.ledger import Ledger
 from mimeline.media.box import Box
@@ -35,9 +35,16 @@ def fetch(
     data: Path,
     kept: Path,
     times: Path,
+    fingerprints: Path,
     ledger: Path,
     media: Path,
+    sources: Path,
     folder: str | None,
+    url: str | None,
+    max_height: int,
+    attempts: int,
+    stall_s: float,
+    keep_sources: bool,
     fps: str,
     side_px: int | None,
     max_pixels: int,
@@ -95,6 +102,7 @@ def fetch(
         times,
         reason="" if rows else "no clip has a video that could be cut",
     )
+    tables.write(tables.FINGERPRINTS, tables.empty(tables.FINGERPRINTS), fingerprints)
     decisions.close(ledger, table["clip_id"])
     decisions.tell(log)
     if facts:

@@ -22,6 +22,8 @@ def select(
     max_s: float,
     min_side_px: int,
     excluded_actions: list[str],
+    conditions: list[str],
+    max_overlap: float | None,
     exclusions: str | None,
 ) -> None:
     """Keep the clips that break no rule of Höll 2024, 5.1 and 5.2.1.

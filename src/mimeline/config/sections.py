@@ -1,11 +1,12 @@
 """The configuration's sections, one per stage: each key with its unit and meaning."""
 
-import re
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from mimeline.config.section import Count, Positive, Rate, Section, Seed, Share
+from mimeline.config.catalogues import Catalogue
+from mimeline.config.clips import Describe, Fetch, Pose, Select
+from mimeline.config.section import Count, Positive, Section, Seed, Share
 from mimeline.config.trackers import Ingest
 from mimeline.vocabulary import SERIES_REGIONS
 
@@ -23,120 +24,6 @@ class Toy(Section):
     tracker: Literal["livelink", "metrical_tracker"] = Field(
         "livelink", description="whose files the toy world's tracking results are written as"
     )
-
-
-class CelebvText(Section):
-    """A catalogue as CelebV-Text publishes it."""
-
-    info: str = Field("celebvtext_info.json", description="clips: file under data_dir")
-    annotations: str | None = Field(
-        "annotations.json", description="actions: file under data_dir, or null"
-    )
-
-
-class Files(Section):
-    """Every file of the tracker's folder is a take."""
-
-    pattern: Annotated[str, Field(pattern=r"^[^/]+$")] = Field(
-        "*", description="which of the tracker's files, or of its folders, are takes"
-    )
-    exclude: list[str] = Field([], description="file names to leave out (tables of attributes)")
-    subject: str | None = Field(
-        None, description="the person of all takes; null: nobody is known, each take stands alone"
-    )
-    subject_pattern: str | None = Field(
-        None,
-        description="regular expression: what it finds in a take's name is its person; null: "
-        "names tell nobody",
-    )
-
-    @model_validator(mode="after")
-    def _tells_people_once(self) -> "Files":
-        if self.subject is not None and self.subject_pattern is not None:
-            raise ValueError("subject or subject_pattern, not both")
-        try:
-            re.compile(self.subject_pattern or "")
-        except re.error as error:
-            raise ValueError(f"subject_pattern to be a regular expression ({error})") from None
-        return self
-
-
-class Videos(Section):
-    """Every video of a folder is a source; nothing else is known of it."""
-
-    folder: str = Field(".", description="where the videos lie, under data_dir")
-    pattern: Annotated[str, Field(pattern=r"^[^/]+$")] = Field(
-        "*", description="which files of the folder are looked at"
-    )
-    exclude: list[str] = Field([], description="file names to leave out")
-    subject: str | None = Field(
-        None, description="the person of all videos; null: nobody is known, each video stands alone"
-    )
-
-
-class Catalogue(Section):
-    format: Literal["celebvtext", "files", "videos"] = Field(
-        "celebvtext", description="which block to use"
-    )
-    celebvtext: CelebvText = CelebvText()
-    files: Files = Files()
-    videos: Videos = Videos()
-    cut_s: Positive | None = Field(
-        None, description="cut longer takes into consecutive clips of that many seconds; null: no"
-    )
-
-
-class Select(Section):
-    min_s: float = Field(5.0, ge=0, description="shortest clip, seconds (Höll 2024, 5.1)")
-    max_s: Positive = Field(10.0, description="longest clip, seconds (Höll 2024, 5.1)")
-    min_side_px: Count = Field(512, description="least width and height of the face crop, pixels")
-    excluded_actions: list[str] = Field(
-        ["turn", "shake_head", "head_wagging"],
-        description="catalogue actions that drop a clip (Höll 2024, 5.1)",
-    )
-    exclusions: str | None = Field(
-        None, description="CSV with clip_id and reason: clips left out by hand; null: none"
-    )
-
-
-class Fetch(Section):
-    """The clips' videos: cut, cropped, at a constant rate."""
-
-    folder: str | None = Field(
-        "videos",
-        description="where <clip_id>.mp4 or the sources' <source_id>.mp4 lie, under data_dir; "
-        "null: there are none",
-    )
-    fps: Rate | None = Field(
-        None, description="frames per second to cut to; null: the tracking results' own"
-    )
-    side_px: Annotated[int, Field(ge=16, multiple_of=2)] | None = Field(
-        None, description="edge of the square picture to scale to, pixels; null: as cropped"
-    )
-    max_pixels: Count = Field(
-        33_177_600, description="largest picture, width x height (8K: 33177600)"
-    )
-    max_source_s: Positive = Field(14_400.0, description="longest source video, seconds")
-    max_mb: Positive = Field(
-        8_000.0, description="largest source video, and largest film made of one, megabytes"
-    )
-    timeout_s: Positive = Field(
-        300.0, description="longest single run of a probe or of ffmpeg on a video, seconds"
-    )
-
-
-class SixDRepNet(Section):
-    """A table of 6DRepNet angles: clip_id, frame, pitch, yaw, roll in degrees."""
-
-    file: str = Field("head_pose.csv", description="the table, under data_dir")
-
-
-class Pose(Section):
-    format: Literal["sixdrepnet", "motion"] = Field(
-        "sixdrepnet", description="head angles from a table, or from the tracker's own motion"
-    )
-    sixdrepnet: SixDRepNet = SixDRepNet()
-    max_yaw_deg: Positive = Field(35.0, description="largest |yaw|, degrees (Höll 2024, 5.1)")
 
 
 class Series(Section):
@@ -205,6 +92,11 @@ class Split(Section):
     test: Share = Field(0.05, description="share of clips for testing")
     gap_s: float = Field(
         1.0, ge=0, description="seconds left out between parts where blocks of time are split"
+    )
+    near_duplicates: Share | None = Field(
+        0.5,
+        description="two clips with more than that share of their pictures or of their movements "
+        "alike are in one part; null: nobody looks",
     )
     seed: Seed = Field(0, description="seed of the assignment of groups")
 
@@ -287,6 +179,7 @@ class Config(Section):
     sweep: Sweep = Sweep()
     label: Label = Label()
     annotate: Annotate = Annotate()
+    describe: Describe = Describe()
     split: Split = Split()
     train: Train = Train()
     evaluate: Evaluate = Evaluate()

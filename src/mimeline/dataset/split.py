@@ -19,12 +19,15 @@ PARTS = ("train", "val", "test")
 def split(
     clips: Sequence[Path],
     motions: Sequence[Path],
+    fingerprints: Sequence[Path],
     split: Path,
+    duplicates: Path,
     statistics_table: Path,
     ledger: Path,
     val: float,
     test: float,
     gap_s: float,
+    near_duplicates: float | None,
     seed: int,
 ) -> None:
     """Divide the clips (Höll 2024, 5.2.4) and measure the training part.
@@ -49,6 +52,7 @@ def split(
                 decisions.note(clip_id, "split_by_time", detail="fewer than three groups")
     rows = table.assign(part=part)[table["clip_id"].isin(decisions.kept)]
     tables.write(tables.SPLIT, rows, split, reason="" if len(rows) else "no clip came through")
+    tables.write(tables.DUPLICATES, tables.empty(tables.DUPLICATES), duplicates)
     decisions.close(ledger, rows["clip_id"])
 
     trained = rows.loc[rows["part"] == "train", "clip_id"]

@@ -7,7 +7,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from mimeline import tables
-from mimeline.clips import celebvtext
+from mimeline.clips.catalogues import celebvtext
 from mimeline.errors import MimelineError
 from mimeline.inspection.inspection import Inspection
 from mimeline.media.limits import Limits

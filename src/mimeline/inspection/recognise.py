@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from mimeline.clips.videos import ENDINGS as VIDEOS
+from mimeline.clips.catalogues.videos import ENDINGS as VIDEOS
 from mimeline.inspection.files import (
     LOSSES,
     is_catalogue,

@@ -6,11 +6,15 @@ whole. An empty table may carry the reason why it is empty.
 
 from mimeline.tables.files import empty, read, read_all, reason, write
 from mimeline.tables.schemas import (
+    ATTRIBUTES,
     AXES,
     CLIPS,
     CLUSTERS,
     COEFFICIENTS,
+    DESCRIPTIONS,
+    DUPLICATES,
     EXEMPLARS,
+    FINGERPRINTS,
     FRAMES,
     INTERVALS,
     LABELS,
@@ -24,15 +28,20 @@ from mimeline.tables.schemas import (
     SPLIT,
     STATISTICS,
     SWEEP,
+    WEIGHTS,
 )
 from mimeline.tables.table import Table
 
 __all__ = [
+    "ATTRIBUTES",
     "AXES",
     "CLIPS",
     "CLUSTERS",
     "COEFFICIENTS",
+    "DESCRIPTIONS",
+    "DUPLICATES",
     "EXEMPLARS",
+    "FINGERPRINTS",
     "FRAMES",
     "INTERVALS",
     "LABELS",
@@ -46,6 +55,7 @@ __all__ = [
     "SPLIT",
     "STATISTICS",
     "SWEEP",
+    "WEIGHTS",
     "Table",
     "empty",
     "read",

@@ -35,6 +35,18 @@ _INTERVAL = pandera.Check(
     lambda t: t["end_frame"] > t["start_frame"], name="half-open interval of at least a frame"
 )
 
+# An interval of seconds within the clip; each edge may lie uncertainty_s earlier or later.
+_TIMED = pa.list_(
+    pa.struct(
+        {
+            "name": _S,
+            "start_s": pa.float64(),
+            "end_s": pa.float64(),
+            "uncertainty_s": pa.float64(),
+        }
+    )
+)
+
 CLIPS = declare(
     "clips",
     {
@@ -52,13 +64,12 @@ CLIPS = declare(
         "bbox_bottom": _REAL,
         "bbox_left": _REAL,
         "bbox_right": _REAL,
-        "actions": (
-            pa.list_(pa.struct({"name": _S, "start_s": pa.float64(), "end_s": pa.float64()})),
-            False,
-            None,
-        ),
-        "emotion": _NAME,
+        "actions": (_TIMED, False, None),
+        "emotion": _NAME,  # of several, the one that is shown the longest
+        "emotions": (_TIMED, False, None),
+        "attributes": (pa.list_(_S), False, None),  # what holds for the whole clip
         "texts": (pa.list_(pa.string()), False, None),
+        "video": _NAME,  # the source's file under data_dir; null: looked for by its name
         "audio": _NAME,
         "media": _NAME,
         "shard": _COUNT,
@@ -93,6 +104,13 @@ SOURCE_TIMES = declare(
         "source_frame": _COUNT,
         "source_s": (pa.float64(), False, None),
     },
+    order=["clip_id", "frame"],
+    key=["clip_id", "frame"],
+)
+
+FINGERPRINTS = declare(
+    "fingerprints",
+    {"clip_id": _TEXT, "frame": _COUNT, "bits": _INT},
     order=["clip_id", "frame"],
     key=["clip_id", "frame"],
 )
@@ -242,6 +260,50 @@ LABELS = declare(
     },
     order=["region", "cluster"],
     key=["region", "cluster"],
+)
+
+DESCRIPTIONS = declare(
+    "descriptions",
+    {
+        "clip_id": _TEXT,
+        "source": (pa.string(), False, _isin(["catalogue", "timeline"])),
+        "number": _COUNT,
+        "text": _TEXT,
+    },
+    order=["clip_id", "source", "number"],
+    key=["clip_id", "source", "number"],
+)
+
+ATTRIBUTES = declare(
+    "attributes",
+    {
+        "kind": (pa.string(), False, _isin(["action", "emotion", "attribute", "timeline"])),
+        "attribute": _TEXT,
+        "clips": _COUNT,
+        "share": (pa.float64(), False, [pandera.Check.in_range(0, 1)]),
+        "seconds": (pa.float64(), True, _at_least(0)),
+    },
+    order=["kind", "attribute"],
+    key=["kind", "attribute"],
+)
+
+WEIGHTS = declare(
+    "weights",
+    {"clip_id": _TEXT, "weight": (pa.float64(), False, [pandera.Check.gt(0)])},
+    order=["clip_id"],
+    key=["clip_id"],
+)
+
+DUPLICATES = declare(
+    "duplicates",
+    {
+        "clip_id": _TEXT,
+        "other_id": _TEXT,
+        "kind": (pa.string(), False, _isin(["film", "motion"])),
+        "share": (pa.float64(), False, [pandera.Check.in_range(0, 1)]),
+    },
+    order=["clip_id", "other_id", "kind"],
+    key=["clip_id", "other_id", "kind"],
 )
 
 SPLIT = declare(

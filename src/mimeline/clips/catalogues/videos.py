@@ -4,7 +4,7 @@ import logging
 from collections.abc import Iterable
 from pathlib import Path
 
-from mimeline.clips.folder import sources
+from mimeline.clips.catalogues.folder import sources
 from mimeline.errors import BadFile, MimelineError
 from mimeline.media.limits import Limits
 from mimeline.media.probe import probe

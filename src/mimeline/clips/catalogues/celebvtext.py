@@ -70,7 +70,12 @@ def _action(act: list, start: float, end: float) -> dict:
     """[name, [from, to, duration, order]] with absolute h:mm:ss → seconds within the clip."""
     name, (begins, ends, *_) = act
     since, until = (min(max(_seconds(t) - start, 0.0), end - start) for t in (begins, ends))
-    return {"name": name.strip().replace(" ", "_"), "start_s": since, "end_s": until}
+    return {
+        "name": name.strip().replace(" ", "_"),
+        "start_s": since,
+        "end_s": until,
+        "uncertainty_s": 1.0,
+    }
 
 
 def _seconds(time: str) -> float:

@@ -1,0 +1,1 @@
+"""Sentences about what a clip shows, and how often what is shown."""

@@ -1,0 +1,116 @@
+"""What becomes of clips before they are annotated, and what is said of them after."""
+
+from typing import Annotated, Literal
+
+from pydantic import Field, model_validator
+
+from mimeline.config.section import Count, Positive, Rate, Section, Seed, Share
+
+
+class Select(Section):
+    min_s: float = Field(5.0, ge=0, description="shortest clip, seconds (Höll 2024, 5.1)")
+    max_s: Positive = Field(10.0, description="longest clip, seconds (Höll 2024, 5.1)")
+    min_side_px: Count = Field(512, description="least width and height of the face crop, pixels")
+    excluded_actions: list[str] = Field(
+        ["turn", "shake_head", "head_wagging"],
+        description="catalogue actions that drop a clip (Höll 2024, 5.1)",
+    )
+    conditions: list[str] = Field(
+        [],
+        description="what else a kept clip fulfils, over the columns of docs/selection.md, such as "
+        "\"emotion == 'happy'\"",
+    )
+    max_overlap: Share | None = Field(
+        0.5,
+        description="of two clips of one source that share more than that of their time and of "
+        "their box, the first is kept; null: both",
+    )
+    exclusions: str | None = Field(
+        None, description="CSV with clip_id and reason: clips left out by hand; null: none"
+    )
+
+
+class Fetch(Section):
+    """The clips' videos: cut, cropped, at a constant rate."""
+
+    folder: str | None = Field(
+        "videos",
+        description="where <clip_id>.mp4 or the sources' <source_id>.mp4 lie, under data_dir; "
+        "null: there are none",
+    )
+    url: str | None = Field(
+        None,
+        description="address of a source that does not lie there, as "
+        "https://www.youtube.com/watch?v={source_id}; null: nothing is downloaded",
+    )
+    max_height: Count = Field(1080, description="tallest picture to ask a site for, pixels")
+    attempts: Count = Field(
+        3, description="how often a download that may succeed is tried in one run"
+    )
+    stall_s: Positive = Field(
+        30.0, description="a download that brings nothing for so long has failed, seconds"
+    )
+    keep_sources: bool = Field(
+        False, description="whether downloaded videos stay after their clips are cut"
+    )
+    fps: Rate | None = Field(
+        None, description="frames per second to cut to; null: the tracking results' own"
+    )
+    side_px: Annotated[int, Field(ge=16, multiple_of=2)] | None = Field(
+        None, description="edge of the square picture to scale to, pixels; null: as cropped"
+    )
+    max_pixels: Count = Field(
+        33_177_600, description="largest picture, width x height (8K: 33177600)"
+    )
+    max_source_s: Positive = Field(14_400.0, description="longest source video, seconds")
+    max_mb: Positive = Field(
+        8_000.0, description="largest source video, and largest film made of one, megabytes"
+    )
+    timeout_s: Positive = Field(
+        300.0, description="longest single run of a probe or of ffmpeg on a video, seconds"
+    )
+
+    @model_validator(mode="after")
+    def _addresses_differ(self) -> "Fetch":
+        if self.url is not None and "{source_id}" not in self.url:
+            raise ValueError("url with {source_id} in it, or null")
+        return self
+
+
+class SixDRepNet(Section):
+    """A table of 6DRepNet angles: clip_id, frame, pitch, yaw, roll in degrees."""
+
+    file: str = Field("head_pose.csv", description="the table, under data_dir")
+
+
+class OpenFacePose(Section):
+    """OpenFace's tables: <clip_id>.csv in a folder, or one table of all clips with a clip_id."""
+
+    file: str = Field("openface", description="the folder or the table, under data_dir")
+
+
+class Pose(Section):
+    format: Literal["sixdrepnet", "openface", "motion"] = Field(
+        "sixdrepnet", description="head angles from a table, or from the tracker's own motion"
+    )
+    sixdrepnet: SixDRepNet = SixDRepNet()
+    openface: OpenFacePose = OpenFacePose()
+    max_yaw_deg: Positive = Field(35.0, description="largest |yaw|, degrees (Höll 2024, 5.1)")
+
+
+class Describe(Section):
+    """Sentences about what the clips show (Höll 2024, 5.3 and chapter 8)."""
+
+    texts: Count = Field(3, description="descriptions per clip and source of what it shows")
+    min_s: Positive = Field(
+        1.0, description="shortest stretch that is told of, seconds; a shorter one joins another"
+    )
+    templates: str | None = Field(
+        None, description="YAML with templates of your own; null: resources/descriptions.yaml"
+    )
+    balance: Share = Field(
+        0.5,
+        description="how far clips of rare attributes are weighted up: 0 not at all, 1 until all "
+        "attributes count the same",
+    )
+    seed: Seed = Field(0, description="seed of the choice of words")
