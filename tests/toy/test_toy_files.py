@@ -125,9 +125,16 @@ def test_the_same_seed_writes_the_same_bytes(written, tmp_path):
 
 def test_every_fault_is_listed_once_with_what_ought_to_happen(planted):
     assert planted["clip_id"].is_unique
-    assert sorted(planted["fault"]) == sorted(f.name for f in faults.FAULTS)
+    named = ["listed_twice", *(fault.name for fault in faults.FAULTS)]
+    assert sorted(planted["fault"]) == sorted(named)
     assert set(planted["status"]) == {"kept", "dropped", "failed"}
-    assert len(planted) == 20
+    assert len(planted) == 21
+
+
+def test_a_clip_that_is_listed_twice_has_two_names_and_nothing_else_apart(planted, info):
+    again = f"{clip_with(planted, 'listed_twice')}.mp4"
+    assert again.endswith("_1.mp4")
+    assert info[again] == info[again.replace("_1.mp4", "_0.mp4")]
 
 
 def test_clips_too_short_and_too_long_are_so(planted, info):
@@ -241,10 +248,11 @@ def test_head_poses_are_in_degrees_and_in_the_signs_of_6drepnet(written, motion)
         assert np.abs(pose[column] - sign * np.degrees(pose[name])).max() < 5
 
 
-def test_truth_covers_every_clip_with_a_name_that_a_file_can_have(written, info):
+def test_truth_covers_every_clip_with_a_name_that_a_file_can_have(written, planted, info):
     frames = tables.read(tables.FRAMES, written.truth / "frames.parquet")
     intervals = tables.read(tables.INTERVALS, written.truth / "intervals.parquet")
-    named = {key.removesuffix(".mp4") for key in info} - {"../../outside"}
+    named = {key.removesuffix(".mp4") for key in info}
+    named -= {"../../outside", clip_with(planted, "listed_twice")}
     assert set(frames["clip_id"]) == named
     assert set(intervals["clip_id"]) <= named
     assert set(intervals["source"]) == {"human"}
@@ -252,4 +260,5 @@ def test_truth_covers_every_clip_with_a_name_that_a_file_can_have(written, info)
 
 def test_a_small_world_keeps_half_of_its_clips_sound(tmp_path):
     make(tmp_path / "data", tmp_path / "truth", 3, 6, 0, video_share=0, video_px=64)
-    assert len(pd.read_csv(tmp_path / "truth" / "faults.csv")) == 3
+    planted = pd.read_csv(tmp_path / "truth" / "faults.csv")
+    assert (planted["fault"] != "listed_twice").sum() == 3

@@ -46,6 +46,7 @@ def make(
 ) -> None:
     """Write a world with faults: data as it would be published, truth for the evaluation alone.
 
+    One clip more is listed than there are: a sound one a second time, under another name.
     data: celebvtext_info.json, annotations.json, livelink/<clip_id>.csv, head_pose.csv,
     videos/<clip_id>.mp4; with tracker "metrical_tracker" in place of the CSV files
     metrical_tracker/<clip_id>/checkpoint/<frame>.frame and face_model.npz. truth: frames.parquet,
@@ -60,9 +61,10 @@ def make(
     world = render(planned, crowd, seed)
     (data / tracker).mkdir(parents=True, exist_ok=True)
     truth.mkdir(parents=True, exist_ok=True)
-    _write_json(data / "celebvtext_info.json", _info(planned))
-    _write_json(data / "annotations.json", _annotations(world))
     faulty = {planned[position].clip_id: fault for position, fault in planted.items()}
+    again = _again(planned, faulty)
+    _write_json(data / "celebvtext_info.json", _info(planned) | again)
+    _write_json(data / "annotations.json", _annotations(world))
     tracked = _takes(data / tracker, world, faulty, rng)
     if tracker == frame_files.FOLDER:
         frame_files.write_face(data / frame_files.FACE)
@@ -74,6 +76,7 @@ def make(
     tables.write(tables.FRAMES, _inside(world.frames), truth / "frames.parquet")
     tables.write(tables.INTERVALS, _inside(world.intervals), truth / "intervals.parquet")
     listed = [(clip_id, f.name, f.stage, f.status) for clip_id, f in faulty.items()]
+    listed += [(key.removesuffix(".mp4"), "listed_twice", "select", "dropped") for key in again]
     pd.DataFrame(listed, columns=["clip_id", "fault", "stage", "status"]).to_csv(
         truth / "faults.csv", index=False, lineterminator="\n"
     )
@@ -163,6 +166,12 @@ def _info(clips: Sequence[PlannedClip]) -> dict:
         }
         for clip in clips
     }
+
+
+def _again(clips: Sequence[PlannedClip], faulty: dict[str, Fault]) -> dict:
+    """The record of a clip that nothing is wrong with, a second time under another name."""
+    sound = [clip for clip in clips if clip.clip_id not in faulty][:1]
+    return {f"{key.removesuffix('_0.mp4')}_1.mp4": again for key, again in _info(sound).items()}
 
 
 def _start(clip: PlannedClip) -> float:
