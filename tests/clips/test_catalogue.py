@@ -5,6 +5,7 @@ import pandas as pd
 import pytest
 
 from mimeline import tables
+from mimeline.clips.admission import fault_finder
 from mimeline.clips.catalogue import catalogue, shard_of
 from mimeline.errors import BadFile
 
@@ -18,10 +19,10 @@ def record(start=10.0, end=16.0, source="abc", **more):
 
 @pytest.fixture
 def run(tmp_path):
-    def run(info, acts=None, shards=1, cut_s=None):
+    def run(info, acts=None, shards=1, cut_s=None, **told):
         text = info if isinstance(info, str) else json.dumps(info)
         (tmp_path / "info.json").write_text(text)
-        (tmp_path / "acts.json").write_text(json.dumps({"act": acts or {}}))
+        (tmp_path / "acts.json").write_text(json.dumps({"act": acts or {}} | told))
         paths = [tmp_path / f"{n}.parquet" for n in range(shards)]
         ledger = tmp_path / "ledger.parquet"
         catalogue(tmp_path, paths, ledger, "celebvtext", OPTIONS, cut_s, None, None)
@@ -40,8 +41,8 @@ def test_whole_second_times_of_the_source_become_seconds_of_the_clip(run):
     }
     clips, _ = run({"a_0.mp4": record()}, acts)
     assert list(clips.loc["a_0", "actions"]) == [
-        {"name": "head_wagging", "start_s": 0.0, "end_s": 2.0},
-        {"name": "talk", "start_s": 1.0, "end_s": 6.0},
+        {"name": "head_wagging", "start_s": 0.0, "end_s": 2.0, "uncertainty_s": 1.0},
+        {"name": "talk", "start_s": 1.0, "end_s": 6.0, "uncertainty_s": 1.0},
     ]
 
 
@@ -53,32 +54,94 @@ def test_a_box_in_shares_tells_no_size_and_a_box_in_pixels_does(run):
 
 
 def test_ids_that_are_no_plain_file_name_fail_and_a_leading_dash_does_not(run):
-    hostile = ["../../outside", "a/b", "/etc/passwd", "nul\x00byte", "..", ".hidden", "a b", ""]
-    clips, ledger = run({"-abc_0.mp4": record(), **{name: record() for name in hostile}})
+    paths = ["../../outside", "a/b", "/etc/passwd", "nul\x00byte", "..", ".hidden", "a b", ""]
+    windows = ["CON", "nul.x", "Com1", "end.", "c:x", "a\\b"]
+    bad = [*paths, *windows, "ä", "x" * 201, "-\n"]
+    clips, ledger = run({"-abc_0.mp4": record(), **{name: record() for name in bad}})
     assert clips.index.tolist() == ["-abc_0"]
     assert (ledger.drop("-abc_0")["rule"] == "unsafe_id").all()
-    assert len(ledger) == 1 + len(hostile)
+    assert len(ledger) == 1 + len(bad)
+    assert "device on Windows: rename it" in ledger.loc["CON", "detail"]
+    assert all(map(str.isprintable, ledger.index))
+    assert ledger.index.str.len().max() < 300
+
+
+def test_of_an_id_that_repeats_the_first_counts_and_the_others_are_numbered(run):
+    good, bad = json.dumps(record(start=1)), json.dumps(record(start=2))
+    keys = ["a_0", "a_0#2", "a_0.mp4", "b_0", "a_0"]
+    pairs = (f'"{key}": {good if n == 0 else bad}' for n, key in enumerate(keys))
+    clips, ledger = run("{" + ", ".join(pairs) + "}")
+    assert clips["start_s"].to_dict() == {"a_0": 1, "b_0": 2}
+    rules = ledger.loc[ledger["status"] == "failed", "rule"].to_dict()
+    assert rules == {"a_0#2": "unsafe_id", "a_0#3": "repeated_id", "a_0#4": "repeated_id"}
+    assert "a_0 stands in the catalogue before" in ledger.loc["a_0#3", "detail"]
+
+
+def test_the_first_of_an_id_that_repeats_keeps_its_annotations(run):
+    text = json.dumps(record())
+    acts = {"a_0": [["nod", ["0:00:11", "0:00:12", 1, 0]]]}
+    clips, ledger = run(f'{{"a_0": {text}, "a_0": {text}}}', acts)
+    assert [act["name"] for act in clips.loc["a_0", "actions"]] == ["nod"]
+    assert ledger["rule"].dropna().to_dict() == {"a_0#2": "repeated_id"}
+
+
+def test_of_ids_that_differ_in_capitals_alone_the_first_counts(run):
+    clips, ledger = run({"aB_0": record(), "Ab_0": record(), "b_0": record()})
+    assert clips.index.tolist() == ["aB_0", "b_0"]
+    assert ledger.loc["Ab_0", "rule"] == "case_collision"
+    assert "aB_0" in ledger.loc["Ab_0", "detail"]
 
 
 @pytest.mark.parametrize(
-    "bad",
+    ("start", "end"),
     [
-        {"ytb_id": "x"},
-        record(start=5, end=5),
-        record(start="soon"),
-        record(bbox=None),
-        record(ytb_id=5),
-        record(subject=5),
-        record(bbox={"top": 9, "bottom": 3, "left": 0, "right": 700}),
-        "no record",
-        None,
+        (5, 5),
+        (5, 4),
+        (-1, 4),
+        (0, "NaN"),
+        ("NaN", 4),
+        (0, "Infinity"),
+        (0, 1e300),
+        ("-Infinity", 4),
     ],
 )
-def test_a_record_that_is_none_fails_and_the_rest_goes_on(run, bad):
-    clips, ledger = run({"good_0.mp4": record(), "bad_0.mp4": bad})
-    assert clips.index.tolist() == ["good_0"]
-    assert ledger.loc["bad_0", ["status", "rule"]].tolist() == ["failed", "unreadable"]
-    assert "info.json, record bad_0.mp4: found" in ledger.loc["bad_0", "detail"]
+def test_times_that_cannot_be_fail_their_clip_alone(run, start, end):
+    text = json.dumps({"a_0": record(), "b_0": record(start=111, end=222)})
+    clips, ledger = run(text.replace("111", str(start)).replace("222", str(end)), cut_s=1.0)
+    assert set(clips["source_id"]) == {"abc"}
+    assert ledger.loc["b_0", "rule"] == "bad_times"
+
+
+@pytest.mark.parametrize(
+    "edges",
+    [
+        (9, 3, 0, 700),
+        (0.5, 0.5, 0, 1),
+        (0, 1, 1.0, 1.5),
+        (-0.5, 0, 0, 1),
+        (0, 600, -512, 0),
+        (0, 600.0, 5.0, 5.2),
+        (0, 1e12, 0, 600),
+        (0, float("nan"), 0, 1),
+        (0, float("inf"), 0, 1),
+    ],
+)
+def test_a_box_without_a_picture_in_it_fails_its_clip_alone(run, edges):
+    box = dict(zip(("top", "bottom", "left", "right"), edges, strict=True))
+    clips, ledger = run({"a_0": record(), "b_0": record(bbox=box)})
+    assert clips.index.tolist() == ["a_0"]
+    assert ledger.loc["b_0", "rule"] == "box_outside"
+
+
+def test_what_a_reader_says_of_a_clip_stands_in_the_ledger(run):
+    clips, ledger = run(
+        {"a_0": record(), "b_0": record()},
+        {"a_0": [["wink", ["0:01:00", "0:01:01", 1, 0]]]},
+    )
+    assert sorted(clips.index) == ["a_0", "b_0"]
+    assert ledger["status"].tolist() == ["kept", "kept"]
+    assert ledger["rule"].to_dict() == {"a_0": "outside_clip", "b_0": "no_annotations"}
+    assert ledger.loc["a_0", "value"] == 1
 
 
 def test_a_source_that_leads_out_of_the_folder_fails(run):
@@ -99,13 +162,7 @@ def test_a_box_in_shares_may_overshoot_the_picture(run):
     assert pd.isna(clips.loc["a_0", "width"])
 
 
-@pytest.mark.parametrize("info", [{"clips": [1]}, {"a": record(), "a.mp4": {}}])
-def test_a_catalogue_that_would_lose_a_clip_stops_the_run(run, info):
-    with pytest.raises(BadFile):
-        run(info)
-
-
-@pytest.mark.parametrize("text", ["", "[1, 2]", '{"a": ', '{"a_0.mp4": {}, "a_0.mp4": {}}'])
+@pytest.mark.parametrize("text", ["", "[1, 2]", '{"a": ', '{"clips": [1]}'])
 def test_a_file_that_is_no_catalogue_stops_the_run(run, text):
     with pytest.raises(BadFile, match="info.json"):
         run(text)
@@ -127,6 +184,38 @@ def test_a_take_longer_than_the_limit_is_cut_into_consecutive_clips(run):
     assert clips["end_s"].tolist() == [10, 20, 25]
     assert [a["end_s"] for a in clips.loc["a_000", "actions"]] == [10.0]
     assert [a["end_s"] for a in clips.loc["a_001", "actions"]] == [2.0]
+
+
+def test_what_a_take_shows_is_cut_with_it(run):
+    acts = {"a": [["talk", ["0:00:08", "0:00:12", 4, 0]], ["nod", ["0:00:20", "0:00:20", 0, 1]]]}
+    told = {"a": [["happy", ["0:00:00", "0:00:12", 12, 0]], ["sad", ["0:00:12", "0:00:25", 1, 1]]]}
+    clips, _ = run({"a": record(start=0.0, end=25.0)}, acts, cut_s=10, emotion=told)
+    assert clips["emotion"].tolist() == ["happy", "sad", "sad"]
+    assert [e["name"] for e in clips.loc["a_001", "emotions"]] == ["happy", "sad"]
+    assert [a["name"] for a in clips.loc["a_001", "actions"]] == ["talk"]
+    (nod,) = clips.loc["a_002", "actions"]
+    assert (nod["start_s"], nod["end_s"], nod["uncertainty_s"]) == (0.0, 0.0, 1.0)
+
+
+def test_a_catalogue_that_would_be_cut_into_too_many_clips_stops_the_run(run):
+    with pytest.raises(BadFile, match="more than 1,000,000 clips"):
+        run({"a": record(start=0.0, end=600_000.0)}, cut_s=0.5)
+
+
+@pytest.mark.parametrize(
+    "video",
+    ["../x.mp4", "/etc/passwd", "a/../../x", "link/x.mp4", "x.mp4", "a\\b", "C:x", "", "x\x00"],
+)
+def test_a_video_that_leads_out_of_the_folder_fails_its_clip(tmp_path, video):
+    data, outside = tmp_path / "data", tmp_path / "outside"
+    data.mkdir()
+    outside.mkdir()
+    (data / "link").symlink_to(outside)
+    (data / "x.mp4").symlink_to(outside / "x.mp4")
+    (data / "here").mkdir()
+    row = {"clip_id": "a", "source_id": "a", "start_s": 0.0, "end_s": 1.0}
+    assert fault_finder(data)(row | {"video": video})["rule"] == "unsafe_path"
+    assert fault_finder(data)(row | {"video": "here/x.mp4"}) is None
 
 
 def test_files_of_a_folder_are_takes_as_long_as_their_results(tmp_path, real_data):
@@ -177,6 +266,7 @@ def test_a_real_catalogue_reads_whole(tmp_path, real_data):
     clips = tables.read(tables.CLIPS, out)
     assert len(clips) == 43
     assert clips["clip_id"].str.startswith("-").sum() == 1
+    assert tables.read(tables.LEDGER, ledger)["clip_id"].tolist() == clips["clip_id"].tolist()
 
 
 def test_a_folder_without_takes_or_no_folder_says_so(tmp_path):

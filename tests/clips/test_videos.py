@@ -6,7 +6,7 @@ import pytest
 from mimeline import tables
 from mimeline.clips.catalogue import catalogue
 from mimeline.clips.catalogues.videos import read, videos_in
-from mimeline.errors import BadFile
+from mimeline.errors import BadFile, NoSuchFile
 from mimeline.media.film import write_film
 from mimeline.media.limits import Limits
 
@@ -35,7 +35,9 @@ def test_each_video_is_a_source_as_long_as_itself(data):
     ]
     assert [(row["start_s"], row["end_s"]) for row in rows] == [(0.0, 3.0), (0.0, 1.2)]
     assert (rows[0]["width"], rows[0]["height"], rows[0]["actions"]) == (48, 32, [])
-    assert list(bad) == ["page"] and "an HTML page" in str(bad["page"])
+    assert [row["video"] for row in rows] == ["videos/long.mp4", "videos/short.MOV"]
+    ((name, error),) = bad
+    assert name == "page" and "an HTML page" in str(error)
 
 
 def test_files_are_chosen_by_pattern_and_left_out_by_name(data):
@@ -43,13 +45,18 @@ def test_files_are_chosen_by_pattern_and_left_out_by_name(data):
         row["clip_id"] for row in read(data, **OPTIONS | {"pattern": "l*"}, limits=LIMITS)[0]
     ] == ["long"]
     rows, bad = read(data, **OPTIONS | {"exclude": ["long.mp4", "page.mp4"]}, limits=LIMITS)
-    assert [row["clip_id"] for row in rows] == ["short"] and bad == {}
+    assert [row["clip_id"] for row in rows] == ["short"] and bad == []
 
 
 def test_a_folder_without_videos_is_refused(data, tmp_path):
-    for place, options in ((data, {"pattern": "*.txt"}), (tmp_path, {}), (data, {"folder": "x"})):
-        with pytest.raises(BadFile, match="no video among"):
+    with pytest.raises(BadFile, match="no video, expected files that end in .mp4"):
+        read(data, **OPTIONS | {"pattern": "*.txt"}, limits=LIMITS)
+    for place, options in ((tmp_path, {}), (data, {"folder": "x"})):
+        with pytest.raises(NoSuchFile, match="no such folder"):
             read(place, **OPTIONS | options, limits=LIMITS)
+    for folder in ("..", str(tmp_path), "videos/.."):
+        with pytest.raises(BadFile, match="a folder outside of data_dir"):
+            read(data, **OPTIONS | {"folder": folder}, limits=LIMITS)
 
 
 def test_a_videos_catalogue_can_be_cut_into_clips(data, tmp_path):
@@ -82,8 +89,32 @@ def test_a_catalogue_takes_one_video_of_a_name_and_no_hidden_file(data, tmp_path
     for name in ("a.mov", "._a.mp4", ".hidden.mp4"):
         (videos / name).write_bytes(b"not looked at")
     rows, bad = read(tmp_path, **OPTIONS, limits=LIMITS)
-    assert [row["clip_id"] for row in rows] == ["-b", "a"] and bad == {}
+    assert [row["clip_id"] for row in rows] == ["-b", "a"] and bad == []
     assert {path.name for path in videos_in(videos).values()} == {"a.mp4", "-b.mov"}
+
+
+def test_a_pattern_may_look_into_folders_whose_names_tell_the_videos_apart(data, tmp_path):
+    film = (data / "videos" / "short.MOV").read_bytes()
+    for name in ("a/001.mp4", "b/001.mp4", "b/c/001.mp4", ".trash/001.mp4", "001.mp4"):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_bytes(film)
+    options = OPTIONS | {"folder": "."}
+    rows, _ = read(tmp_path, **options | {"pattern": "*/*"}, limits=LIMITS)
+    assert [(row["clip_id"], row["video"]) for row in rows] == [
+        ("a_001", "a/001.mp4"),
+        ("b_001", "b/001.mp4"),
+    ]
+    rows, _ = read(tmp_path, **options | {"pattern": "**/*.mp4"}, limits=LIMITS)
+    assert [row["clip_id"] for row in rows] == ["001", "a_001", "b_001", "b_c_001"]
+
+
+def test_a_link_that_leads_out_of_the_data_is_a_bad_record(data, tmp_path):
+    (tmp_path / "videos").mkdir()
+    (tmp_path / "videos" / "a.mp4").symlink_to(data / "videos" / "long.mp4")
+    (tmp_path / "videos" / "loop.mp4").symlink_to(tmp_path / "videos" / "loop.mp4")
+    rows, bad = read(tmp_path, **OPTIONS, limits=LIMITS)
+    assert rows == [] and [name for name, _ in bad] == ["a", "loop"]
+    assert "leads out of data_dir" in str(bad[0][1])
 
 
 def test_of_two_videos_of_one_name_the_more_usual_ending_counts(tmp_path):

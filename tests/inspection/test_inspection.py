@@ -265,7 +265,7 @@ def test_a_catalogue_names_the_records_that_are_none(tmp_path):
     path = tmp_path / "celebv.json"
     path.write_text(json.dumps({"v_0.mp4": good, "v_1.mp4": bad}))
     seen = inspect(path, options())
-    assert seen.facts["clips"] == "1, from 1 sources" and "v_1.mp4" in seen.problems[0]
+    assert seen.facts["clips"] == "1, from 1 sources" and "v_1: from" in seen.problems[0]
 
 
 def test_json_holds_plain_numbers(livelink):

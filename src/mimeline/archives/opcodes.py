@@ -45,21 +45,22 @@ def unpickle(
     names: Mapping[str, Any],
     storage: Callable[[Any], Any] | None = None,
     start: int = 0,
+    most: int = MAX_OPCODES,
 ) -> tuple[Any, int]:
     """The content of the pickle that begins at a place of raw, and the place after it.
 
     names: "module.name" → Known or a plain value. storage: what a persistent id means; None: none
-    may occur. Text of Python 2 stays bytes. Raises Refused.
+    may occur. most: opcodes that it may have. Text of Python 2 stays bytes. Raises Refused.
     """
     try:
-        return _run(raw, _Machine(raw, names, storage), start)
+        return _run(raw, _Machine(raw, names, storage), start, most)
     except GARBLED as error:
         raise Refused("a pickle that breaks off or is garbled") from error
 
 
-def _run(raw, machine, at):
+def _run(raw, machine, at, most):
     stack, memo = machine.stack, machine.memo
-    for _ in range(MAX_OPCODES):
+    for _ in range(most):
         code = raw[at]
         at += 1
         if code == BINPUT:  # these four are most of any pickle
@@ -81,7 +82,7 @@ def _run(raw, machine, at):
             at = machine.at
         else:
             raise Refused(f"opcode {chr(code)!r} in a pickle")
-    raise Refused(f"a pickle of more than {MAX_OPCODES} opcodes")
+    raise Refused(f"a pickle of more than {most} opcodes")
 
 
 class _Machine:

@@ -1,29 +1,44 @@
 """What exists: a catalogue, of whatever format, becomes the `clips` table, in shards."""
 
+import gc
 import hashlib
 import logging
 import math
-import re
-from collections import Counter
-from collections.abc import Sequence
-from fnmatch import fnmatchcase
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import pandas as pd
 
 from mimeline import tables
-from mimeline.clips.catalogues import celebvtext, videos
-from mimeline.clips.catalogues.folder import sources
-from mimeline.clips.failure import failure, printable
-from mimeline.errors import BadFile, MimelineError
+from mimeline.clips.admission import fault_finder, shown, told_apart
+from mimeline.clips.catalogues import (
+    celebvhq,
+    celebvtext,
+    files,
+    mead,
+    ravdess,
+    realtalk,
+    table,
+    videos,
+)
+from mimeline.clips.failure import failure
+from mimeline.clips.intervals import between, longest
+from mimeline.errors import BadFile
 from mimeline.ledger import Ledger
 from mimeline.media.limits import Limits
-from mimeline.tracking.firewall import unreadable_alike
-from mimeline.tracking.readers import Tracker
 
 log = logging.getLogger(__name__)
 
-SAFE_ID = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,199}")  # a plain file name
+MOST_CLIPS = 1_000_000
+IN_WRITING = {"celebvtext": celebvtext.read, "celebvhq": celebvhq.read}
+IN_VIDEOS = {
+    "realtalk": realtalk.read,
+    "mead": mead.read,
+    "ravdess": ravdess.read,
+    "table": table.read,
+    "videos": videos.read,
+}
 
 
 def catalogue(
@@ -42,53 +57,33 @@ def catalogue(
     format, options: the catalogue's format and its keys. cut_s: longer takes are cut into
     consecutive clips of that many seconds. What tells how long a source is, where the catalogue
     does not: tracker, the format and options of the takes' reader (files); limits, what a video
-    may ask of us (videos).
+    may ask of us (formats in which the videos tell).
+    A record that is no clip is a row of the ledger: unreadable, unsafe_id, bad_times, box_outside,
+    unsafe_path, repeated_id (there as <id>#2) or case_collision.
     Raises BadFile if there is no catalogue at all.
     """
-    if not Path(data).is_dir():
+    data = Path(data)
+    if not data.is_dir():
         raise BadFile(
             data,
             found="no such folder",
             expected="the folder of the recordings",
             remedy="Set data_dir to it, or to null for the toy world.",
         )
-    if format == "celebvtext":
-        rows, bad = celebvtext.read(Path(data), **options)
-    elif format == "videos":
-        rows, bad = videos.read(Path(data), **options, limits=Limits(**limits))
-    else:
-        rows, bad = _files(Path(data), tracker, **options)
-    rows = [piece for row in rows for piece in _cut(row, cut_s)]
-    bad = {printable(clip_id): error for clip_id, error in bad.items()}
-    rows = [row | {"clip_id": printable(row["clip_id"])} for row in rows]
-
-    ids = [*(row["clip_id"] for row in rows), *bad]
-    repeated = [clip_id for clip_id, count in Counter(ids).items() if count > 1]
-    if repeated:
-        raise BadFile(
-            data,
-            found=f"clip {repeated[0]!r} twice",
-            expected="a name of its own for each clip",
-            remedy="Rename one of them.",
-        )
-    decisions = Ledger("catalogue", ids)
-    for clip_id, error in bad.items():
-        decisions.fail(clip_id, **failure(error))
-    for row in rows:
-        unsafe = [row[k] for k in ("clip_id", "source_id") if not SAFE_ID.fullmatch(row[k])]
-        if unsafe:
-            detail = f"{printable(unsafe[0])!r} is no plain file name: rename it (a-z 0-9 . _ -)"
-            decisions.fail(row["clip_id"], "unsafe_id", detail=detail)
-    kept = set(decisions.kept)
-    table = pd.DataFrame(
-        [row for row in rows if row["clip_id"] in kept], columns=tables.CLIPS.schema.names
-    )
-    for name in ("emotions", "attributes", "texts"):
-        table[name] = [found if isinstance(found, list) else [] for found in table[name]]
-    table["shard"] = [shard_of(source, len(clips)) for source in table["source_id"]]
-    for number, path in enumerate(clips):
-        tables.write(tables.CLIPS, table[table["shard"] == number], path)
-    decisions.close(ledger, table["clip_id"])
+    with _many_small_objects():
+        if format == "files":
+            records, bad = files.read(data, tracker, **options)
+        elif format in IN_VIDEOS:
+            records, bad = IN_VIDEOS[format](data, **options, limits=Limits(**limits))
+        else:
+            records, bad = IN_WRITING[format](data, **options)
+        entries = _examined(data, records, cut_s)
+        entries += [(clip_id, failure(error)) for clip_id, error in bad]
+        names = told_apart(shown(clip_id) for clip_id, _ in entries)
+        decisions = Ledger("catalogue", names)
+        kept = _decide(decisions, entries, names)
+    _write(kept, clips)
+    decisions.close(ledger, [row["clip_id"] for row in kept])
     decisions.tell(log)
 
 
@@ -97,73 +92,93 @@ def shard_of(source_id: str, shards: int) -> int:
     return int.from_bytes(hashlib.sha256(source_id.encode()).digest()[:8]) % shards
 
 
-def _files(
-    data: Path,
-    tracker: dict,
-    pattern: str,
-    exclude: list[str],
-    subject: str | None,
-    subject_pattern: str | None,
-) -> tuple[list[dict], dict[str, MimelineError]]:
-    """Each take of the tracker's folder is a source; its tracking result tells how long it is."""
-    results = Tracker.of(data, **tracker)
-    paths = [
-        path
-        for path in results.takes()
-        if fnmatchcase(path.name, pattern) and path.name not in exclude
-    ]
-    if not paths:
-        raise BadFile(
-            results.folder,
-            found=f"no {results.reader.convention.title} among {pattern}",
-            expected="at least one take",
-            remedy="Check data_dir, the tracker's folder and catalogue.files.pattern.",
-        )
-
-    def facts(path: Path) -> dict:
-        take = results.read(path)
-        return {"end_s": float(len(take.motion) / take.fps)}
-
-    def person(name: str) -> str | None:
-        found = re.search(subject_pattern, name) if subject_pattern else None
-        return found[0] if found else subject
-
-    rows, bad = sources(paths, person, facts)
-    if fault := unreadable_alike(bad, len(paths), results.folder) or _all_bad(rows, bad):
-        raise fault
-    return rows, bad
+@contextmanager
+def _many_small_objects() -> Iterator[None]:
+    """No search for cycles among objects that have none: it would take as long as the rest."""
+    was = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was:
+            gc.enable()
 
 
-def _all_bad(rows: list[dict], bad: dict[str, MimelineError]) -> MimelineError | None:
-    """What to stop with where no take could be read: the first one's error."""
-    if rows:
-        return None
-    first = next(iter(bad.values()))
-    place = f"{first.place}; none of the {len(bad)} takes can be read" if len(bad) > 1 else ""
-    return BadFile(
-        first.file,
-        place=place.removeprefix("; ") or first.place,
-        found=first.found,
-        expected=first.expected,
-        remedy=first.remedy,
-    )
+def _examined(data: Path, records: list[dict], cut_s: float | None) -> list[tuple[str, dict]]:
+    """Each clip's id and row; of a record that may not become one, its id and its fault."""
+    fault_of = fault_finder(data)
+    entries: list[tuple[str, dict]] = []
+    for record in records:
+        if fault := fault_of(record):
+            entries.append((record["clip_id"], fault))
+            continue
+        pieces = _pieces(record, cut_s)
+        if len(entries) + pieces > MOST_CLIPS:
+            raise BadFile(
+                data,
+                found=f"more than {MOST_CLIPS:,} clips",
+                expected="fewer",
+                remedy="Set catalogue.cut_s to more seconds, or take a part of the catalogue.",
+            )
+        entries += [(row["clip_id"], row) for row in _cut(record, cut_s, pieces)]
+    return entries
 
 
-def _cut(row: dict, cut_s: float | None) -> list[dict]:
-    """The take as consecutive clips of cut_s seconds; the last one is what remains."""
+def _decide(decisions: Ledger, entries: list[tuple[str, dict]], names: list[str]) -> list[dict]:
+    """The rows that are clips; the ledger says what became of the others."""
+    kept, capitals = [], {}
+    for (clip_id, entry), name in zip(entries, names, strict=True):
+        if "rule" in entry:
+            decisions.fail(name, **entry)
+        elif name != clip_id:
+            detail = f"{clip_id} stands in the catalogue before: the first one counts. Rename one"
+            decisions.fail(name, "repeated_id", detail=detail)
+        elif (other := capitals.setdefault(clip_id.casefold(), clip_id)) != clip_id:
+            detail = f"differs from {other} in capitals alone: files may not. Rename one"
+            decisions.fail(name, "case_collision", detail=detail)
+        else:
+            for rule, facts in entry.get("notes", ()):
+                decisions.note(name, rule, **facts)
+            kept.append(entry)
+    return kept
+
+
+def _write(rows: list[dict], clips: Sequence[Path]) -> None:
+    """The table's shards, an empty one where no source falls into it."""
+    found = pd.DataFrame(rows, columns=tables.CLIPS.schema.names)
+    for name in ("actions", "emotions", "attributes", "texts"):
+        found[name] = [told if isinstance(told, list) else [] for told in found[name]]
+    shard = {source: shard_of(source, len(clips)) for source in found["source_id"].unique()}
+    found["shard"] = found["source_id"].map(shard)
+    shards = dict(iter(found.groupby("shard")))
+    for number, path in enumerate(clips):
+        tables.write(tables.CLIPS, shards.get(number, found.iloc[:0]), path)
+
+
+def _pieces(row: dict, cut_s: float | None) -> int:
+    """How many clips the take is cut into."""
     length = row["end_s"] - row["start_s"]
-    if cut_s is None or length <= cut_s:
-        return [row]
-    pieces = []
-    for number in range(math.ceil(round(length / cut_s, 6))):
-        since = row["start_s"] + number * cut_s
-        until = min(since + cut_s, row["end_s"])
-        actions = [
-            act | {"start_s": max(a, 0.0), "end_s": min(b, until - since)}
-            for act in row["actions"]
-            if (b := act["end_s"] - number * cut_s) > 0
-            and (a := act["start_s"] - number * cut_s) < until - since
-        ]
-        piece = {"clip_id": f"{row['clip_id']}_{number:03d}", "start_s": since, "end_s": until}
-        pieces.append(row | piece | {"actions": actions})
-    return pieces
+    return 1 if cut_s is None else math.ceil(round(length / cut_s, 6))
+
+
+def _cut(row: dict, cut_s: float | None, pieces: int) -> Iterator[dict]:
+    """The take as consecutive clips of cut_s seconds; the last one is what remains."""
+    emotion = row.get("emotion") or longest(row.get("emotions") or ())
+    if pieces <= 1:
+        yield row | {"emotion": emotion}
+        return
+    for number in range(pieces):
+        since = number * cut_s
+        until = min(since + cut_s, row["end_s"] - row["start_s"])
+        last = number == pieces - 1
+        piece = row | {
+            "clip_id": f"{row['clip_id']}_{number:03d}",
+            "start_s": row["start_s"] + since,
+            "end_s": row["start_s"] + until,
+            "emotion": emotion,
+        }
+        for told in ("actions", "emotions"):
+            piece[told] = between(row.get(told) or (), since, until, last)
+        if row.get("emotions"):
+            piece["emotion"] = longest(piece["emotions"])
+        yield piece

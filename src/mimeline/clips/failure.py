@@ -14,5 +14,7 @@ def failure(error: MimelineError) -> dict:
 
 
 def printable(text: str) -> str:
-    """The text as any file may hold it: what is no Unicode is spelt out."""
-    return text.encode("utf-8", "backslashreplace").decode()
+    """The text as any file and any terminal may hold it: what cannot be printed is spelt out."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)

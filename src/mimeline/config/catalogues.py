@@ -1,6 +1,7 @@
 """How a catalogue of clips is given: one block per format."""
 
 import re
+from pathlib import PurePosixPath
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -13,7 +14,11 @@ class CelebvText(Section):
 
     info: str = Field("celebvtext_info.json", description="clips: file under data_dir")
     annotations: str | None = Field(
-        "annotations.json", description="actions: file under data_dir, or null"
+        "annotations.json",
+        description="actions and appearances: annotations.pkl or JSON under data_dir, or null",
+    )
+    texts: list[str] = Field(
+        [], description="folders of published descriptions, <clip>.txt, under data_dir"
     )
 
 
@@ -48,13 +53,22 @@ class Videos(Section):
     """Every video of a folder is a source; nothing else is known of it."""
 
     folder: str = Field(".", description="where the videos lie, under data_dir")
-    pattern: Annotated[str, Field(pattern=r"^[^/]+$")] = Field(
-        "*", description="which files of the folder are looked at"
+    pattern: Annotated[str, Field(pattern=r"^[^/]")] = Field(
+        "*",
+        description="which files of the folder are looked at; */* for those a folder further down, "
+        "**/* for all below",
     )
     exclude: list[str] = Field([], description="file names to leave out")
     subject: str | None = Field(
         None, description="the person of all videos; null: nobody is known, each video stands alone"
     )
+
+    @model_validator(mode="after")
+    def _stays_below(self) -> "Videos":
+        parts = PurePosixPath(self.pattern).parts
+        if not parts or ".." in parts or any("**" in part and part != "**" for part in parts):
+            raise ValueError("pattern as *.mp4, */*.mp4 or **/*.mp4, without ..")
+        return self
 
 
 class CelebvHq(Section):
@@ -67,13 +81,24 @@ class RealTalk(Section):
     """Videos of two people: p0 on the picture's left, p1 on its right."""
 
     folder: str = Field("videos", description="where the videos lie, under data_dir")
+    annotations: str | None = Field(
+        "metadata",
+        description="folder of <video>.json, under data_dir: faces and who speaks; null, or where "
+        "there is none: each person is half of the picture",
+    )
+    margin: float = Field(
+        0.5, ge=0, le=4, description="how far a box reaches beyond the faces in it, in faces"
+    )
+
+
+View = Literal["front", "down", "top", "left_30", "left_60", "right_30", "right_60"]
 
 
 class Mead(Section):
     """MEAD's folders: person / video / view / emotion / level / take."""
 
     folder: str = Field(".", description="where the people's folders lie, under data_dir")
-    views: list[str] = Field(["front"], description="cameras to take")
+    views: list[View] = Field(["front"], min_length=1, description="cameras to take")
 
 
 class Ravdess(Section):
@@ -87,7 +112,10 @@ class Ravdess(Section):
 class ClipTable(Section):
     """A table with a row per clip."""
 
-    file: str = Field("clips.csv", description="CSV or Parquet, under data_dir")
+    file: str = Field(
+        "clips.csv",
+        description="CSV or Parquet, under data_dir; docs/catalogues.md has its columns",
+    )
 
 
 class Catalogue(Section):

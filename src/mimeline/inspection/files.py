@@ -1,4 +1,4 @@
-"""Files that are no takes: videos, a run's tables, catalogues, head poses, face models."""
+"""Files that are no takes: videos, a run's tables, head poses, face models."""
 
 from pathlib import Path
 
@@ -7,7 +7,6 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from mimeline import tables
-from mimeline.clips.catalogues import celebvtext
 from mimeline.errors import MimelineError
 from mimeline.inspection.inspection import Inspection
 from mimeline.media.limits import Limits
@@ -124,36 +123,9 @@ def losses(path: Path) -> Inspection:
     return seen
 
 
-def is_catalogue(path: Path) -> bool:
-    """Whether a JSON file looks like CelebV-Text's clips, by its beginning."""
-    return path.suffix.lower() == ".json" and b'"ytb_id"' in _glance(path)
-
-
-def catalogue(path: Path) -> Inspection | None:
-    """A CelebV-Text catalogue; None for any other file."""
-    if not is_catalogue(path):
-        return None
-    seen = Inspection(path, "CelebV-Text catalogue")
-    try:
-        rows, bad = celebvtext.read(path.parent, path.name, None)
-    except MimelineError as error:
-        seen.error = str(error)
-        return seen
-    seen.problems += [str(error) for error in bad.values()]
-    if not rows:
-        return seen
-    seconds = [row["end_s"] - row["start_s"] for row in rows]
-    seen.numbers = {"clips": len(rows), "sources": len({row["source_id"] for row in rows})}
-    seen.facts = {
-        "clips": f"{len(rows)}, from {seen.numbers['sources']} sources",
-        "length": f"{min(seconds):.1f} to {max(seconds):.1f} s, {sum(seconds) / 60:.1f} min in all",
-    }
-    return seen
-
-
 def is_head_poses(path: Path) -> bool:
     """Whether a file is a table of 6DRepNet's angles, by its header."""
-    header = _glance(path).partition(b"\n")[0].decode("utf-8", errors="replace")
+    header = glance(path).partition(b"\n")[0].decode("utf-8", errors="replace")
     return {"clip_id", "pitch", "yaw", "roll"} <= {name.strip() for name in header.split(",")}
 
 
@@ -198,7 +170,7 @@ def face(path: Path) -> Inspection:
     return seen
 
 
-def _glance(path: Path) -> bytes:
+def glance(path: Path) -> bytes:
     """How a file begins; nothing where it cannot be read."""
     try:
         with path.open("rb") as file:

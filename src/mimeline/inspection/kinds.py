@@ -4,6 +4,7 @@ from pathlib import Path
 
 from mimeline.errors import BadFile, NoSuchFile, unreadable
 from mimeline.inspection import files
+from mimeline.inspection.catalogues import catalogue
 from mimeline.inspection.folder import inspect_folder
 from mimeline.inspection.inspection import Inspection
 from mimeline.inspection.options import Options
@@ -15,9 +16,11 @@ from mimeline.tracking.readers import READERS
 EXPECTED = "a file or a folder that can be read"
 OTHERS = {  # ending → what looks into such a file
     ".parquet": files.table,
-    ".json": files.catalogue,
+    ".json": catalogue,
     ".csv": files.head_poses,
-} | dict.fromkeys(files.FACES, files.face)
+    **dict.fromkeys(files.FACES, files.face),
+    ".pkl": lambda path: catalogue(path) or files.face(path),
+}
 
 
 def inspect(path: Path, options: Options) -> Inspection:
@@ -57,7 +60,7 @@ def _inspect(path: Path, options: Options) -> Inspection:
         path,
         found=_beginning(path),
         expected=f"a tracking result ({', '.join(READERS)}), a video, a table of a run, "
-        "a CelebV-Text catalogue, 6DRepNet angles or a face model",
+        "a catalogue (CelebV-Text, CelebV-HQ), 6DRepNet angles or a face model",
         remedy="--format NAME reads it as that format and says what is missing.",
     )
 

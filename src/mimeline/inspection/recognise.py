@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from mimeline.clips.catalogues.videos import ENDINGS as VIDEOS
+from mimeline.clips.catalogues.films import ENDINGS as VIDEOS
+from mimeline.inspection.catalogues import catalogue_kind
 from mimeline.inspection.files import (
     LOSSES,
-    is_catalogue,
     is_head_poses,
     is_losses,
     table_by_columns,
@@ -70,6 +70,6 @@ def kind_of(path: Path, options: Options) -> str | None:
         return "video"
     if path.suffix.lower() == ".parquet" and (name := table_name(path)):
         return f"table {name}"
-    if is_catalogue(path):
-        return "CelebV-Text catalogue"
+    if kind := catalogue_kind(path):
+        return kind
     return "6DRepNet table" if path.suffix.lower() == ".csv" and is_head_poses(path) else None

@@ -3,42 +3,32 @@
 import json
 import math
 import re
-import textwrap
 
 from mimeline.errors import printable
 from mimeline.inspection.inspection import Inspection, Range
+from mimeline.inspection.layout import BOLD, FAINT, RED, YELLOW, listed, painter, table, wrapped
 
-WIDTH = 100
 NAME, NUMBER, COURSE, GAP = 19, 6, 10, "  "  # of a channel's cell
-BOLD, FAINT, RED, YELLOW = "1", "2", "31", "33"
 LEVELS, DEAD = "▁▂▃▄▅▆▇█", "·"
 LEGEND = (
     "over time: the peaks of coefficients, from 0 to 1; angles from their lowest to their highest"
 )
 NARROWEST = 0.1  # radians: an angle that moves less is drawn low, not stretched over all levels
-WORDS = re.compile(r"(?<!\()\b[A-Za-z]{2,}")  # what stands in brackets beside a number is none
 
 
 def as_text(seen: Inspection, colour: bool = False) -> str:
     """What a person reads; an error is left to standard error. colour: ANSI codes are welcome."""
 
-    def paint(text: str, code: str) -> str:
-        return f"\x1b[{code}m{text}\x1b[0m" if colour else text
-
-    lines = [f"{paint(printable(str(seen.path)), BOLD)}: {seen.kind}"]
-    label = max(map(len, seen.facts), default=0)
-    for name, text in seen.facts.items():
-        first, *more = _wrapped(text, label + 4)
-        lines.append(f"  {paint(name.ljust(label), FAINT)}  {first}")
-        lines += [" " * (label + 4) + line for line in more]
+    paint = painter(colour)
+    lines = [f"{paint(printable(str(seen.path)), BOLD)}: {seen.kind}", *listed(seen.facts, paint)]
     if seen.rows:
-        lines += ["", *_table(seen.rows)]
+        lines += ["", *table(seen.rows)]
     if seen.ranges:
         lines += ["", paint(_head(), FAINT), *_cells(seen.ranges), paint(f"  {LEGEND}", FAINT)]
     for title, texts, code in (("notes", seen.notes, YELLOW), ("problems", seen.problems, RED)):
         lines += ["", paint(title, code)] if texts else []
         for text in texts:
-            first, *more = _wrapped(text, 4)
+            first, *more = wrapped(text, 4)
             lines += [f"  - {first}", *(f"    {line}" for line in more)]
     return "\n".join(lines) + "\n"
 
@@ -86,22 +76,3 @@ def _course(r: Range) -> str:
     top = len(LEVELS) - 1
     levels = [None if v is None else round(top * (v - low) / (high - low)) for v in r.course]
     return "".join(" " if n is None else LEVELS[min(max(n, 0), top)] for n in levels)
-
-
-def _table(rows: list[tuple[str, ...]]) -> list[str]:
-    """Rows under their head: names and words to the left, numbers to the right."""
-    columns = [list(map(printable, column)) for column in zip(*rows, strict=True)]
-    widths = [max(map(len, column)) for column in columns]
-    words = [n == 0 or any(map(WORDS.search, column[1:])) for n, column in enumerate(columns)]
-    lines = (
-        (c.ljust(w) if left else c.rjust(w) for c, w, left in zip(row, widths, words, strict=True))
-        for row in zip(*columns, strict=True)
-    )
-    return [f"  {'  '.join(line)}".rstrip() for line in lines]
-
-
-def _wrapped(text: str, indent: int) -> list[str]:
-    """Lines of at most WIDTH with the indent; a number stays with the word before it."""
-    tied = re.sub(r" (?=\d)", "\N{NO-BREAK SPACE}", printable(text))
-    lines = textwrap.wrap(tied, WIDTH - indent, break_on_hyphens=False) or [""]
-    return [line.replace("\N{NO-BREAK SPACE}", " ") for line in lines]

@@ -1,135 +1,197 @@
 """CelebV-Text's catalogue: clips as JSON, actions with whole-second times of the source video."""
 
-import json
+import logging
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
-from mimeline.errors import BadFile, unreadable
+from mimeline.clips.catalogues.annotations import match, read_annotations
+from mimeline.clips.catalogues.json_records import (
+    AGAIN,
+    GARBLED,
+    clip_name,
+    few,
+    name,
+    pairs_of,
+    part,
+    read_object,
+    seconds,
+    unfit,
+    whole_clip,
+)
+from mimeline.clips.catalogues.texts import read_texts
+from mimeline.clips.intervals import Interval, outside_clip, placed
+from mimeline.errors import BadFile, MimelineError
 
-LARGEST_SHARE = 2.0  # of a box's edge; a face crop in pixels is larger
+log = logging.getLogger(__name__)
+
+EXPECTED = "a CelebV-Text catalogue"
+RECORD = "ytb_id, duration and bbox, and actions with their times"
+GROUPS = ("clips", "clips_set1", "clips_set2")
+UNCERTAIN_S = 1.0  # the annotations tell whole seconds
+TOLD = 3  # names in a line of the log
+FLAGS = ("true", "yes", "1")
 
 
-def read(data: Path, info: str, annotations: str | None) -> tuple[list[dict], dict[str, BadFile]]:
-    """Clips of a catalogue, and the records that are none, with what is wrong with each.
+def read(
+    data: Path, info: str, annotations: str | None, texts: Sequence[str] = ()
+) -> tuple[list[dict], list[tuple[str, MimelineError]]]:
+    """Clips of a catalogue, and the records that are none, each with its id and what is wrong.
 
-    data: the folder that info and annotations (file names) lie in.
-    Returns rows with clip_id, source_id, subject_id, start_s, end_s, bbox_*, width, height (None
-    where the box is in shares of the picture) and actions in seconds of the clip.
+    data: the folder that info and annotations (file names) and texts (folders) lie in.
+    Returns rows with clip_id, source_id, subject_id, start_s, end_s, bbox_*, width, height (absent
+    where the box is in shares of the picture), actions and emotions in seconds of the clip,
+    attributes, texts, and notes: what the ledger says of the clip, a list of (rule, facts).
     Raises BadFile if a file is no catalogue.
     """
-    records = _object(_json(data / info), "clips", data / info, whole=True)
-    acts = _object(_json(data / annotations), "act", data / annotations) if annotations else {}
-    acts = {_clip_id(key): value for key, value in acts.items()}
-    rows, bad = [], {}
-    for key, record in records.items():
-        clip_id = _clip_id(key)
+    told = read_annotations(data / annotations) if annotations else {}
+    rows, bad = [], []
+    for clip_id, key, record in _records(read_object(data / info, EXPECTED), data / info):
         try:
-            row = _row(clip_id, record, acts.get(clip_id, []))
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
-            bad[clip_id] = BadFile(
-                data / info,
-                place=f"record {key}",
-                found=f"{type(error).__name__}: {error}",
-                expected="ytb_id, duration and bbox, and actions with their times",
-                remedy="Mend the record, or take the file again from where it was published.",
+            rows.append({"clip_id": clip_id, "name": clip_name(key)} | whole_clip(record))
+        except GARBLED as error:
+            bad.append((clip_id, unfit(data / info, key, error, RECORD)))
+    rows, repeated = _first_of_each_id(rows)
+    if texts:
+        names, starts = [row["name"] for row in rows], [row["start_s"] for row in rows]
+        for row, lines in zip(rows, read_texts(data, texts, names, starts), strict=True):
+            row["texts"] = lines
+    if annotations:
+        rows, unfit_told = _annotated(rows, told, data / annotations)
+        bad += unfit_told
+        repeated = [row | _untold("its id stands in the catalogue before") for row in repeated]
+    return rows + repeated, bad
+
+
+def _records(content: dict[str, Any], path: Path) -> Iterator[tuple[str, str, Any]]:
+    """Clip id, key and record of each; of a later set, ids that an earlier one has end in _set2."""
+    if "meta_info" in content:
+        raise BadFile(
+            path,
+            found="meta_info, as in a CelebV-HQ catalogue",
+            expected=EXPECTED,
+            remedy="Set catalogue.format to celebvhq, and catalogue.celebvhq.info to the file.",
+        )
+    if not any(group in content for group in GROUPS):
+        yield from ((clip_name(key), key, record) for key, record in pairs_of(content))
+        return
+    earlier: set[str] = set()
+    for group, records in pairs_of(content):
+        if group not in GROUPS:
+            log.warning("%s: passed over %s, which is no set of clips", path.name, ascii(group))
+            continue
+        if not isinstance(records, dict):
+            raise BadFile(
+                path,
+                place=f"key {group}",
+                found=type(records).__name__,
+                expected="an object with a record per clip",
+                remedy=AGAIN,
             )
-        else:
-            rows.append(row)
-    return rows, bad
+        ids = [(clip_name(key), key, record) for key, record in pairs_of(records)]
+        ending = group.removeprefix("clips")
+        for clip_id, key, record in ids:
+            yield (f"{clip_id}{ending}" if clip_id in earlier else clip_id), key, record
+        earlier.update(clip_id for clip_id, *_ in ids)
 
 
-def _clip_id(key: str) -> str:
-    return key.removesuffix(".mp4")
+def _first_of_each_id(rows: list[dict]) -> tuple[list[dict], list[dict]]:
+    """The rows whose names can be looked up, and those whose ids repeat."""
+    first: dict[str, dict] = {}
+    repeated = [row for row in rows if first.setdefault(row["clip_id"], row) is not row]
+    return list(first.values()), repeated
 
 
-def _row(clip_id: str, record: dict, acts: list) -> dict:
-    start, end = (float(record["duration"][key]) for key in ("start_sec", "end_sec"))
-    if not 0 <= start < end:
-        raise ValueError(f"duration from {start} to {end} s")
-    box = {side: float(record["bbox"][side]) for side in ("top", "bottom", "left", "right")}
-    if not (box["top"] < box["bottom"] and box["left"] < box["right"]):
-        raise ValueError(f"box {box}")
-    # The released file has shares of the picture, which may overshoot; the read-me shows pixels.
-    in_pixels = max(box.values()) > LARGEST_SHARE
-    source, subject = record["ytb_id"], record.get("subject")
-    if not isinstance(source, str) or not isinstance(subject, str | None):
-        raise TypeError(f"ytb_id {source!r}, subject {subject!r}")
-    return {
-        "clip_id": clip_id,
-        "source_id": source,
-        "subject_id": subject,
-        "start_s": start,
-        "end_s": end,
-        "width": round(box["right"] - box["left"]) if in_pixels else None,
-        "height": round(box["bottom"] - box["top"]) if in_pixels else None,
-        **{f"bbox_{side}": value for side, value in box.items()},
-        "actions": [_action(act, start, end) for act in acts],
-    }
+def _annotated(
+    rows: list[dict], told: dict[str, dict[str, Any]], path: Path
+) -> tuple[list[dict], list[tuple[str, MimelineError]]]:
+    """The rows with what is told of them, and those of which that cannot be read."""
+    every = dict.fromkeys(key for entries in told.values() for key in entries)
+    starts = [row["start_s"] for row in rows]
+    keys, doubts = match([row["name"] for row in rows], starts, every)
+    good, bad = [], []
+    for row, key, doubt in zip(rows, keys, doubts, strict=True):
+        if key is None:
+            why = "several fit its name in part: none is taken" if doubt else "none of its name"
+            good.append(row | _untold(why))
+            continue
+        entries = {kind: found[key] for kind, found in told.items() if key in found}
+        try:
+            good.append(row | _told(entries, row["start_s"], row["end_s"]))
+        except GARBLED as error:
+            bad.append((row["clip_id"], unfit(path, key, error, "names, with times as h:mm:ss")))
+    doubtful = [row["name"] for row, doubt in zip(rows, doubts, strict=True) if doubt]
+    _log(path.name, keys, doubtful, len(every), [n for row in good for n in row.get("notes", [])])
+    return good, bad
 
 
-def _action(act: list, start: float, end: float) -> dict:
-    """[name, [from, to, duration, order]] with absolute h:mm:ss → seconds within the clip."""
-    name, (begins, ends, *_) = act
-    since, until = (min(max(_seconds(t) - start, 0.0), end - start) for t in (begins, ends))
-    return {
-        "name": name.strip().replace(" ", "_"),
-        "start_s": since,
-        "end_s": until,
-        "uncertainty_s": 1.0,
-    }
+def _untold(why: str) -> dict[str, Any]:
+    return {"notes": [("no_annotations", {"detail": why})]}
 
 
-def _seconds(time: str) -> float:
-    hours, minutes, seconds = (float(part) for part in time.split(":"))
-    return 3600 * hours + 60 * minutes + seconds
+def _log(
+    file: str, keys: list[str | None], doubtful: list[str], told: int, notes: list[tuple[str, dict]]
+) -> None:
+    known = len(keys) - keys.count(None)
+    log.info("%s: %d of %d clips are annotated", file, known, len(keys))
+    if told > known:
+        log.info("%s: %d annotations are of no clip in the catalogue", file, told - known)
+    if doubtful:
+        names = ", ".join(ascii(n)[1:-1] for n in doubtful[:TOLD])
+        log.warning("%s: whose they are is in doubt for %d clips: %s", file, len(doubtful), names)
+    for rule, what in (
+        ("outside_clip", "intervals outside of their clips are left out"),
+        ("attributes_in_part", "attributes that hold for a part of their clips are left out"),
+    ):
+        facts = [facts for noted, facts in notes if noted == rule]
+        if facts:
+            n = sum(fact["value"] for fact in facts)
+            log.warning("%s: %d %s, of %d clips", file, n, what, len(facts))
 
 
-def _json(path: Path) -> dict:
-    try:
-        text = path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise unreadable(
-            path,
-            error,
-            expected="a CelebV-Text catalogue",
-            remedy="Name the file in catalogue.celebvtext, or set data_dir to its folder.",
-        ) from error
-    try:
-        content = json.loads(text, object_pairs_hook=_no_repeats)
-    except (ValueError, RecursionError) as error:
-        raise BadFile(
-            path,
-            found=str(error),
-            expected="JSON with one record per clip",
-            remedy="Mend the file, or take it again from where it was published.",
-        ) from error
-    if not isinstance(content, dict):
-        raise BadFile(
-            path,
-            found=type(content).__name__,
-            expected="an object with a record per clip",
-            remedy="Point catalogue.celebvtext to the file of clips.",
-        )
-    return content
+def _told(entries: dict[str, Any], start: float, end: float) -> dict[str, Any]:
+    """actions, emotions and attributes of a clip, and notes on what was left out."""
+    actions, outside = _placed(entries.get("act", ()), start, end)
+    emotions, beside = _placed(entries.get("emotion", ()), start, end)
+    attributes, partly = _attributes(entries.get("app", {}), start, end)
+    notes = outside_clip(outside + beside)
+    if partly:
+        facts = {"value": len(partly), "unit": "attributes", "detail": "; ".join(partly)}
+        notes.append(("attributes_in_part", facts))
+    return {"actions": actions, "emotions": emotions, "attributes": attributes, "notes": notes}
 
 
-def _object(content: dict, key: str, path: Path, whole: bool = False) -> dict:
-    """The object under key; where there is none, the whole content or nothing."""
-    found = content.get(key, content if whole else {})
-    if not isinstance(found, dict):
-        raise BadFile(
-            path,
-            place=f"key {key}",
-            found=type(found).__name__,
-            expected="an object with an entry per clip",
-            remedy="Take the file again from where it was published.",
-        )
-    return found
+def _placed(entries: Any, start: float, end: float) -> tuple[list[Interval], list[str]]:
+    """[[name, [from, to, duration, order]], ...], absolute h:mm:ss → seconds within the clip."""
+    told = [
+        (name(label), seconds(since) - start, seconds(until) - start)
+        for label, (since, until, *_) in few(entries)
+    ]
+    return placed(told, end - start, UNCERTAIN_S)
 
 
-def _no_repeats(pairs: list[tuple]) -> dict:
-    content = dict(pairs)
-    if len(content) < len(pairs):
-        keys = [key for key, _ in pairs]
-        repeated = next(key for key in keys if keys.count(key) > 1)
-        raise ValueError(f"key {repeated!r} twice")
-    return content
+def _attributes(app: Any, start: float, end: float) -> tuple[list[str], list[str]]:
+    """What is set for the whole clip, as `lighting:frontal` or `mole`; and what for part of it.
+
+    app: attribute → values. A value is a text, empty where the attribute is not set, or a text
+    with its times, [from, to, duration].
+    """
+    whole: dict[str, None] = {}
+    partly: dict[str, None] = {}
+    for label, values in part(app).items():
+        for value in few(values):
+            if value == "":
+                continue
+            text, *times = value if isinstance(value, list | tuple) else (value,)
+            holds = whole if all(_covers(t, start, end) for t in times) else partly
+            holds[_attribute(name(label), name(text))] = None
+    return list(whole), [attribute for attribute in partly if attribute not in whole]
+
+
+def _covers(times: Any, start: float, end: float) -> bool:
+    since, until, *_ = times
+    return seconds(since) <= start + UNCERTAIN_S and seconds(until) >= end - UNCERTAIN_S
+
+
+def _attribute(label: str, value: str) -> str:
+    return label if value in (label, *FLAGS) else f"{label}:{value}"
