@@ -11,12 +11,13 @@ from types import SimpleNamespace
 import pytest
 
 CHECKOUT = Path(__file__).parents[1]
+os.environ.setdefault("MIMELINE_REAL_DATA", str(CHECKOUT.parent / "shared" / "data"))
 
 
 @pytest.fixture(scope="session")
 def real_data() -> Path:
     """Folder of real recordings; tests that need it skip where it is absent."""
-    folder = Path(os.environ.get("MIMELINE_REAL_DATA", CHECKOUT.parent / "shared" / "data"))
+    folder = Path(os.environ["MIMELINE_REAL_DATA"])
     if not folder.is_dir():
         pytest.skip(f"no real recordings at {folder}; set MIMELINE_REAL_DATA")
     return folder

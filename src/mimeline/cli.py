@@ -60,9 +60,12 @@ def _parser() -> argparse.ArgumentParser:
     why = commands.add_parser(
         "why",
         help="what became of a clip, stage by stage",
-        description="What each stage decided on a clip, by which rule, value and limit.",
+        description="What each stage decided on a clip, by which rule, value and limit, and what "
+        "to do about it. Several clips have a line each. Before an id that begins with - goes --.",
     )
-    why.add_argument("clip", help="a clip's id")
+    why.add_argument(
+        "clips", nargs="+", metavar="CLIP", help="a clip's id, a pattern such as 'oC9r*', a source"
+    )
     why.add_argument("--results", type=Path, default=Path("results"), help="a run's results")
     why.add_argument("--json", action="store_true", help="for programs")
     why.set_defaults(run=_why)
@@ -82,7 +85,8 @@ def _parser() -> argparse.ArgumentParser:
         action="append",
         default=[],
         metavar="KEY=VALUE",
-        help="a changed limit, such as select.max_s=12 or pose.max_yaw_deg=40; may be repeated",
+        help="another limit, such as select.max_s=12, several, as select.max_s=8,12,15, or "
+        "pose.max_yaw_deg=40; may be repeated",
     )
     funnel.add_argument("--json", action="store_true", help="for programs")
     funnel.set_defaults(run=_funnel)
@@ -120,9 +124,7 @@ def _inspect(arguments: argparse.Namespace) -> int:
 
     chosen = options(arguments.config, arguments.set, arguments.format)
     seen = inspect(arguments.path, chosen)
-    sys.stdout.reconfigure(errors="replace")  # a terminal may not have every character
-    colour = sys.stdout.isatty() and not os.environ.get("NO_COLOR")
-    print(as_json(seen) if arguments.json else as_text(seen, colour), end="", flush=True)
+    _say(as_json(seen) if arguments.json else as_text(seen, _colour()))
     if seen.error:
         print(f"mimeline: {seen.error}", file=sys.stderr)
     return 0 if seen.sound else 1
@@ -131,8 +133,8 @@ def _inspect(arguments: argparse.Namespace) -> int:
 def _why(arguments: argparse.Namespace) -> int:
     from mimeline.inspection import why
 
-    found = why.why(arguments.results, arguments.clip)
-    print(why.as_json(found) if arguments.json else why.as_text(found), end="", flush=True)
+    found = why.why(arguments.results, arguments.clips)
+    _say(why.as_json(found) if arguments.json else why.as_text(found, _colour()))
     return 0
 
 
@@ -140,8 +142,8 @@ def _funnel(arguments: argparse.Namespace) -> int:
     from mimeline.inspection import funnel
 
     found = funnel.funnel(arguments.results, arguments.config, arguments.set)
-    print(funnel.as_json(found) if arguments.json else funnel.as_text(found), end="", flush=True)
-    return 0
+    _say(funnel.as_json(found) if arguments.json else funnel.as_text(found, _colour()))
+    return 0 if found.sound else 1
 
 
 def _review(arguments: argparse.Namespace) -> int:
@@ -149,3 +151,13 @@ def _review(arguments: argparse.Namespace) -> int:
 
     serve(arguments.results, arguments.exclusions, arguments.port, not arguments.no_browser)
     return 0
+
+
+def _say(text: str) -> None:
+    sys.stdout.reconfigure(errors="replace")  # a terminal may not have every character
+    print(text, end="", flush=True)
+
+
+def _colour() -> bool:
+    """Whether the terminal shows colours, and wants them."""
+    return sys.stdout.isatty() and not os.environ.get("NO_COLOR")

@@ -83,8 +83,8 @@ def tracker_of_takes(config: dict[str, Any]) -> dict[str, Any] | None:
 
 
 def limits_of_videos(config: dict[str, Any]) -> dict[str, Any] | None:
-    """What a video may ask of us, for a catalogue of bare videos; None for every other."""
-    if config["catalogue"]["format"] != "videos":
+    """What a video may ask of us, for a catalogue that videos tell of; None for every other."""
+    if config["catalogue"]["format"] in ("celebvtext", "celebvhq", "files"):
         return None
     names = ("max_pixels", "max_source_s", "max_mb", "timeout_s")
     return {name: config["fetch"][name] for name in names}

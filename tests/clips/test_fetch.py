@@ -16,6 +16,11 @@ from mimeline.media.probe import probe
 
 KEYS = {
     "folder": "videos",
+    "url": None,
+    "max_height": 1080,
+    "attempts": 3,
+    "stall_s": 5.0,
+    "keep_sources": False,
     "fps": "30",
     "side_px": None,
     "max_pixels": 1_000_000,
@@ -53,14 +58,17 @@ def run(tmp_path):
         clips = pd.DataFrame(rows, columns=tables.CLIPS.schema.names).assign(shard=0)
         clips["emotions"] = clips["attributes"] = clips["texts"] = [[]] * len(clips)
         tables.write(tables.CLIPS, clips, tmp_path / "in.parquet")
-        kept, times, ledger = (tmp_path / f"{name}.parquet" for name in ("kept", "times", "ledger"))
+        names = ("kept", "times", "fingerprints", "ledger")
+        kept, times, fingerprints, ledger = (tmp_path / f"{name}.parquet" for name in names)
         fetch(
             tmp_path / "in.parquet",
             tmp_path / "data",
             kept,
             times,
+            fingerprints,
             ledger,
             tmp_path / "media",
+            tmp_path / "sources",
             **KEYS | keys,
         )
         return (
@@ -169,7 +177,7 @@ def test_each_bad_video_is_a_row_that_says_what_is_wrong(run, film):
         "empty": "unreadable",
         "cut-off": "too_few_frames",
         "late": "too_few_frames",
-        "outside": "too_small",
+        "outside": "box_outside",
         "endless": "too_long",
         "gone": "unreadable",
     }

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mimeline import tables
-from mimeline.dataset.split import PARTS, by_group, by_time, groups, split
+from mimeline.dataset.split import PARTS, by_group, by_time, groups, leaks, split
 
 SHARES = {"val": 0.05, "test": 0.05}
 
@@ -20,13 +20,20 @@ def clips_of(rows, length_s=10.0) -> pd.DataFrame:
         end_s=start + length_s,
         shard=0,
     )
-    table["actions"] = table["texts"] = pd.Series([[]] * len(table), dtype=object)
-    return table
+    for name in ("actions", "emotions", "attributes", "texts"):
+        table[name] = pd.Series([[]] * len(table), dtype=object)
+    return table.assign(fps_num=30, fps_den=1)
 
 
-def parts_of(clips, shares=SHARES, seed=0) -> pd.Series:
+def pairs_of(*ends) -> pd.DataFrame:
+    """Near-duplicates of clips by number."""
+    rows = [(f"clip_{a:03}", f"clip_{b:03}", "film", 0.8, False) for a, b in ends]
+    return pd.DataFrame(rows, columns=["clip_id", "other_id", "kind", "share", "mirrored"])
+
+
+def parts_of(clips, shares=SHARES, seed=0, pairs=None) -> pd.Series:
     """The part of each clip, by group."""
-    grouped = clips.assign(group=groups(clips))
+    grouped = clips.assign(group=groups(clips, pairs))
     return pd.Series(by_group(grouped, shares, np.random.default_rng(seed)), index=clips.index)
 
 
@@ -56,6 +63,24 @@ def test_groups_do_not_depend_on_the_order_of_clips():
     assert groups(backwards)[::-1] == groups(clips)
 
 
+def test_near_duplicates_tie_all_clips_of_their_sources():
+    clips = clips_of([("1", None), ("1", None), ("2", None), ("3", "C"), ("4", "C"), ("5", None)])
+    found = groups(clips, pairs_of((1, 2), (4, 2)))
+    assert len(set(found[:5])) == 1
+    assert len(set(found)) == 2
+
+
+@settings(max_examples=50, deadline=None)
+@given(
+    ends=st.lists(st.tuples(st.integers(0, 19), st.integers(0, 19)), max_size=20),
+    order=st.randoms(use_true_random=False),
+)
+def test_groups_do_not_depend_on_the_order_of_pairs(ends, order):
+    clips = clips_of([(str(n // 2), "P" if n % 5 == 0 else None) for n in range(20)])
+    shuffled = [end[:: order.choice((1, -1))] for end in order.sample(ends, len(ends))]
+    assert groups(clips, pairs_of(*ends)) == groups(clips, pairs_of(*shuffled))
+
+
 IDS = st.sampled_from("12345678")
 PEOPLE = st.one_of(st.none(), st.sampled_from("ABCDEFGH"))
 
@@ -67,14 +92,18 @@ PEOPLE = st.one_of(st.none(), st.sampled_from("ABCDEFGH"))
         {"val": st.sampled_from([0.0, 0.05, 0.3]), "test": st.sampled_from([0.0, 0.05, 0.6])}
     ),
     seed=st.integers(0, 9),
+    ends=st.lists(st.tuples(st.integers(0, 29), st.integers(0, 29)), max_size=6),
 )
-def test_no_source_and_no_person_lies_on_two_sides(rows, shares, seed):
+def test_no_source_no_person_and_no_near_duplicate_lies_on_two_sides(rows, shares, seed, ends):
     clips = clips_of(rows)
-    parts = parts_of(clips, shares, seed)
+    pairs = pairs_of(*(pair for pair in ends if max(pair) < len(rows)))
+    parts = parts_of(clips, shares, seed, pairs)
     assert sides(parts, clips["source_id"]) == 1
     if clips["subject_id"].notna().any():
         assert sides(parts, clips["subject_id"]) == 1
-    if len(set(groups(clips))) >= len(PARTS):
+    part_of = parts.set_axis(clips["clip_id"])
+    assert (part_of[pairs["clip_id"]].to_numpy() == part_of[pairs["other_id"]].to_numpy()).all()
+    if len(set(groups(clips, pairs))) >= len(PARTS):
         assert set(parts) == {"train", *(part for part, share in shares.items() if share > 0)}
 
 
@@ -161,6 +190,24 @@ def test_parts_of_a_source_lie_the_gap_apart(rows, gap_s):
     assert not rows or (clips["order"] == 0).any()
 
 
+@settings(max_examples=100, deadline=None)
+@given(
+    sources=st.lists(st.sampled_from("12"), min_size=1, max_size=15),
+    ends=st.lists(st.tuples(st.integers(0, 14), st.integers(0, 14)), max_size=8),
+)
+def test_blocks_of_time_leave_out_near_duplicates_but_not_all_of_training(sources, ends):
+    clips = clips_of([(source, None) for source in sources])
+    pairs = [(a, b) for a, b in ends if max(a, b) < len(sources) and sources[a] != sources[b]]
+    parts = by_time(clips, {"val": 0.2, "test": 0.2}, gap_s=1.0)
+    left_out = leaks(clips["clip_id"], parts, pairs_of(*pairs))
+    part_of = dict(zip(clips["clip_id"], parts, strict=True))
+    kept = {clip: part for clip, part in part_of.items() if part and clip not in left_out}
+    for one, other in zip(*pairs_of(*pairs)[["clip_id", "other_id"]].to_numpy().T, strict=True):
+        assert kept.get(one, "") == "" or kept.get(other, kept[one]) == kept[one]
+    assert "train" in kept.values()
+    assert all(part_of[clip] != part_of[other] for clip, other in left_out.items())
+
+
 def test_between_two_sources_no_gap_is_needed():
     clips = clips_of([("1", None)] * 8 + [("2", None)] * 2)
     parts = by_time(clips, {"val": 0.0, "test": 0.2}, gap_s=5.0)
@@ -178,23 +225,74 @@ def test_few_clips_of_one_source_leave_something_for_training(count, gap_s):
 
 @pytest.fixture
 def run(tmp_path):
-    def run(clips, gap_s=1.0, seed=0, shards=2):
+    def run(clips, gap_s=1.0, seed=0, shards=2, pictures=(), near_duplicates=0.5):
+        """pictures: of clip numbers, the bits of the pictures of each second."""
         clips = clips.assign(shard=np.arange(len(clips)) % shards)
+        films = pd.DataFrame(
+            [(f"clip_{n:03}", 30 * k, bit) for n, bits in pictures for k, bit in enumerate(bits)],
+            columns=["clip_id", "frame", "bits"],
+        )
         paths = []
         for shard in range(shards):
             rows = clips[clips["shard"] == shard]
             value = rows["clip_id"].str[-3:].astype(int) / 1000
             motion = pd.DataFrame({"clip_id": rows["clip_id"], "frame": 0, "jawOpen": value})
             motion = motion.reindex(columns=tables.MOTION.schema.names).assign(valid=True)
-            paths.append((tmp_path / f"c{shard}.parquet", tmp_path / f"m{shard}.parquet"))
+            paths.append([tmp_path / f"{name}{shard}.parquet" for name in "cmf"])
             tables.write(tables.CLIPS, rows, paths[-1][0])
             tables.write(tables.MOTION, motion, paths[-1][1])
-        out = [tmp_path / f"{name}.parquet" for name in ("split", "statistics", "ledger")]
-        split(*zip(*paths, strict=True), *out, val=0.1, test=0.1, gap_s=gap_s, seed=seed)
-        contracts = (tables.SPLIT, tables.STATISTICS, tables.LEDGER)
-        return [tables.read(t, path) for t, path in zip(contracts, out, strict=True)]
+            own = films[films["clip_id"].isin(rows["clip_id"])]
+            tables.write(tables.FINGERPRINTS, own, paths[-1][2])
+        out = [
+            tmp_path / f"{name}.parquet" for name in ("split", "duplicates", "statistics", "ledger")
+        ]
+        options = {"gap_s": gap_s, "near_duplicates": near_duplicates, "seed": seed}
+        split(*zip(*paths, strict=True), *out, val=0.1, test=0.1, **options)
+        return [
+            tables.read(table, path)
+            for table, path in zip(
+                (tables.SPLIT, tables.STATISTICS, tables.LEDGER),
+                (out[0], out[2], out[3]),
+                strict=True,
+            )
+        ]
 
     return run
+
+
+def words(seed: int, n: int = 6) -> list[int]:
+    return np.random.default_rng(seed).integers(-(2**63), 2**63 - 1, n).tolist()
+
+
+def test_near_duplicates_are_in_one_part_in_the_ledger_and_in_their_table(run, tmp_path):
+    clips = clips_of([(str(n), None) for n in range(40)])
+    pictures = [(n, words(n)) for n in range(20)] + [(n + 20, words(n)) for n in range(3)]
+    parts, _, ledger = run(clips, pictures=pictures)
+    group = parts.set_index("clip_id")["group"]
+    for n in range(3):
+        assert group[f"clip_{n:03}"] == group[f"clip_{n + 20:03}"]
+    noted = ledger[ledger["rule"] == "near_duplicate"].set_index("clip_id")
+    assert len(noted) == 6
+    assert (
+        noted.loc["clip_020", "detail"]
+        == "100% of the pictures of the shorter are those of clip_000"
+    )
+    found = tables.read(tables.DUPLICATES, tmp_path / "duplicates.parquet")
+    assert found["clip_id"].tolist() == ["clip_000", "clip_001", "clip_002"]
+    assert found["other_id"].tolist() == ["clip_020", "clip_021", "clip_022"]
+    parts, _, ledger = run(clips, pictures=pictures, near_duplicates=None)
+    assert parts["group"].nunique() == 40
+    assert ledger["rule"].isna().all()
+    assert "null" in tables.reason(tmp_path / "duplicates.parquet")
+
+
+def test_a_near_duplicate_of_a_later_block_of_time_is_left_out(run):
+    clips = clips_of([("1", None)] * 19 + [("2", None)])
+    parts, _, ledger = run(clips, pictures=[(5, words(0)), (19, words(0))])
+    dropped = ledger[ledger["rule"] == "near_duplicate"].query("status == 'dropped'")
+    assert dropped["clip_id"].tolist() == ["clip_005"]
+    assert dropped["detail"].tolist() == ["clip_019 is in another part"]
+    assert parts.set_index("clip_id")["part"]["clip_019"] == "test"
 
 
 def test_every_clip_is_in_one_part_and_in_the_ledger(run):

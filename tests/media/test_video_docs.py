@@ -21,7 +21,8 @@ def test_the_example_of_the_page_runs_and_cuts_a_clip(
 
 
 def test_the_page_names_every_rule_that_fails_a_clip():
-    files = [*(CODE / "media").glob("*.py"), CODE / "clips" / "fetch.py"]
-    rules = {r for file in files for r in re.findall(r'rule="(\w+)"', file.read_text())}
+    stage = [CODE / "clips" / f"{name}.py" for name in ("fetch", "piece", "film", "download")]
+    files = [*(CODE / "media").glob("*.py"), *stage]
+    rules = {r for file in files for r in re.findall(r'rule ?= ?"(\w+)"', file.read_text())}
     listed = set(re.findall(r"^\| `(\w+)` \|", DOCS.read_text(encoding="utf-8"), re.MULTILINE))
     assert len(rules) > 5 and rules | {"no_video", "resampled", "unreadable"} == listed

@@ -17,6 +17,13 @@ FRAMES, FPS, EDGE = 60, 30, 64
 MADE = 10  # frames that the model made: each is drawn twice
 KEPT = "kept_1"
 OPTIONS = {"title": "A small run", "clips": 2, "exemplars": 3}
+SOURCES = {
+    "folder": "videos",
+    "max_pixels": 10_000_000,
+    "max_source_s": 600.0,
+    "max_mb": 100.0,
+    "timeout_s": 60.0,
+}
 LIMITS = {"closed": 0.5, "gaze_deg": 8.0, "head_deg": 8.0, "min_frames": 1}
 
 
@@ -41,9 +48,9 @@ def clips(path: Path, ids: list[str], media: dict[str, Path] | None = None) -> P
             "fps_num": FPS,
             "fps_den": 1,
             "n_frames": FRAMES,
-            "actions": [],
+            "actions": [{"name": "smile", "start_s": 0.0, "end_s": 1.0, "uncertainty_s": 1.0}],
             "emotions": [],
-            "attributes": [],
+            "attributes": ["young", "lighting:soft_light"],
             "texts": [],
             "shard": 0,
             "media": str(media[clip]) if media and clip in media else None,
@@ -260,9 +267,28 @@ def _full(
     ]
     checkpoint = at / "checkpoint"
     _write(tables.LOSSES, losses, checkpoint / "log.parquet")
+    told = [
+        {"clip_id": clip, "source": "catalogue", "number": 0, "text": "She smiles, then talks."},
+        {"clip_id": clip, "source": "timeline", "number": 0, "text": "The brows go up."},
+    ]
+    counts = [("action", "smile", 1), ("action", "talk", 9), ("emotion", "happy", 1)]
+    counts += [("attribute", "lighting:soft_light", 1), ("timeline", "BrowUp", 1)]
+    attributes = [
+        {"kind": kind, "attribute": name, "clips": n, "share": n / 9, "seconds": 2.0 * n}
+        for kind, name, n in counts
+    ]
+    weights = [{"clip_id": clip, "weight": 0.5}, {"clip_id": "other", "weight": 1.5}]
     return {
         "page": at / "report" / "index.html",
         "ledgers": ledgers,
+        "catalogue": [clips(at / "catalogue_clips.parquet", [clip, "bad", "short_1"])],
+        "data": at,
+        "duplicates": _write(tables.DUPLICATES, [], at / "duplicates.parquet"),
+        "descriptions": _write(tables.DESCRIPTIONS, told, at / "descriptions.parquet"),
+        "attributes": _write(tables.ATTRIBUTES, attributes, at / "attributes.parquet"),
+        "weights": _write(tables.WEIGHTS, weights, at / "weights.parquet"),
+        "sources": SOURCES,
+        "balance": 0.5,
         "fetched": [clips(at / "fetched.parquet", [clip, "bad"], media)],
         "clips": [clips(at / "clips.parquet", [clip], media)],
         "motions": [paths["motion"]],
@@ -309,12 +335,17 @@ def empty_run(tmp_path: Path) -> dict:
     kinds = {
         "labels": tables.LABELS,
         "exemplars": tables.EXEMPLARS,
+        "duplicates": tables.DUPLICATES,
+        "descriptions": tables.DESCRIPTIONS,
+        "attributes": tables.ATTRIBUTES,
+        "weights": tables.WEIGHTS,
         "split": tables.SPLIT,
         "annotation_metrics": tables.METRICS,
         "statistics": tables.STATISTICS,
     }
     single = {n: _write(t, [], at / f"{n}_e.parquet", f"{n}: {why}") for n, t in kinds.items()}
     shards = {
+        "catalogue": tables.CLIPS,
         "fetched": tables.CLIPS,
         "clips": tables.CLIPS,
         "motions": tables.MOTION,
@@ -336,6 +367,9 @@ def empty_run(tmp_path: Path) -> dict:
         "face": None,
         "annotate": LIMITS,
         "side": "left",
+        "data": at,
+        "sources": SOURCES,
+        "balance": 0.5,
         "options": OPTIONS,
         **single,
         **several,

@@ -75,6 +75,19 @@ def test_more_lost_clips_than_fit_are_counted(tmp_path, ledger, monkeypatch):
     assert (len(way.losses), way.unlisted) == (2, 3)
 
 
+def test_of_more_lost_clips_than_fit_those_of_every_stage_and_rule_are_listed(
+    tmp_path, ledger, monkeypatch
+):
+    monkeypatch.setattr(module, "MOST_ROWS", 4)
+    many = [lost(clip, rule="too_short") for clip in "abcdef"] + [lost("g", rule="too_long")]
+    first = ledger(tmp_path / "a", "catalogue", kept(*"abcdefghi"))
+    second = ledger(tmp_path / "b", "select", [*many, *kept("h", "i")])
+    third = ledger(tmp_path / "c", "fetch", [lost("h", "failed", rule="gone"), *kept("i")])
+    way = funnel([first, second, third])
+    assert [loss.clip_id for loss in way.losses] == ["g", "a", "b", "h"]
+    assert way.unlisted == 4
+
+
 def test_kept_clips_with_the_same_note_share_a_line(tmp_path, ledger):
     note = {"rule": "too_small", "detail": "not applied: no size"}
     rows = [row | note for row in kept(*"abcdefgh")]

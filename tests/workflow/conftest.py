@@ -1,13 +1,10 @@
-"""A checkout of its own in which the whole workflow has run once on a tiny toy world."""
+"""Checkouts of their own in which the whole workflow runs.
 
-import json
+Whole runs take the longest of all tests, and one core: those that the tests ask for go on beside
+the others from the start, and the tests that need none of them come first.
+"""
+
 import os
-import re
-import shutil
-import subprocess
-import sys
-from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -20,80 +17,79 @@ from snakemake.settings.types import (
     ResourceSettings,
 )
 
-CHECKOUT = Path(__file__).parents[2]
-TINY = "tests/workflow/tiny.yaml"
-PARTS = ("Snakefile", "workflow", "config", "profiles")
-CODE = ("src", "resources")
+from .checkouts import CHECKOUT, PARTS, Workflow, copy_checkout
+from .whole_runs import RUNS, Beside
+
+BESIDE = pytest.StashKey[Beside]()
 
 
-@dataclass
-class Workflow:
-    """A checkout: snakemake runs in it as a user would run it.
-
-    source: the package's folder, whose compiled kernels are kept beside it.
-    """
-
-    root: Path
-    source: Path
-
-    def run(self, *arguments: str, config: tuple[str, ...] = (TINY,)):
-        """Run snakemake with the config files given; returns the finished process."""
-        pipes = {"capture_output": True, "text": True, "timeout": 600}
-        return subprocess.run(self._command(arguments, config), **self._place(), **pipes)
-
-    def start(self, *arguments: str) -> subprocess.Popen:
-        """Start snakemake on the tiny world in a process group of its own, and come back."""
-        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        command = self._command(arguments, (TINY,))
-        return subprocess.Popen(command, **self._place(), **quiet, start_new_session=True)
-
-    def _command(self, arguments: tuple[str, ...], config: tuple[str, ...]) -> list[str]:
-        command = [sys.executable, "-m", "snakemake", "--cores", "2", *arguments]
-        return command + (["--configfile", *(str(CHECKOUT / c) for c in config)] if config else [])
-
-    def _place(self) -> dict:
-        return {"cwd": self.root, "env": os.environ | {"PYTHONPATH": str(self.source)}}
-
-    def would_rerun(self, *config: str) -> set[str]:
-        """The rules that a dry run names, with these config files after the tiny one."""
-        done = self.run("-n", config=(TINY, *config))
-        text = done.stdout + done.stderr
-        assert done.returncode == 0, text
-        stats = re.search(r"^job +count\n[- ]+\n(.*?)^total", text, re.M | re.S)
-        rules = {line.split()[0] for line in stats[1].splitlines()} if stats else set()
-        return rules - {"all"}
-
-    def would_rerun_each(self, configs: Iterable[str]) -> list[set[str]]:
-        """For each config file after the tiny one, the rules of a dry run; one process for all."""
-        script = str(Path(__file__).with_name("dry_runs.py"))
-        files = json.dumps([[str(CHECKOUT / TINY), config] for config in configs])
-        command = [sys.executable, script, files]
-        done = subprocess.run(command, **self._place(), capture_output=True, text=True, timeout=600)
-        assert done.returncode == 0, done.stdout + done.stderr
-        return [set(json.loads(line)) - {"all"} for line in done.stdout.splitlines()]
+def pytest_collection_modifyitems(items):
+    items.sort(key=lambda item: not set(RUNS).isdisjoint(item.fixturenames))
 
 
-def copy_checkout(root: Path, parts: tuple[str, ...]) -> Workflow:
-    """Copy what the workflow needs; a change in the copy touches nothing else."""
-    root.mkdir(exist_ok=True)
-    for name in parts:
-        source = CHECKOUT / name
-        if source.is_dir():
-            # with what is compiled, but not what another process is writing just now
-            ignore = shutil.ignore_patterns("*.pyc.*", "*.tmp.*")
-            shutil.copytree(source, root / name, ignore=ignore)
-        else:
-            shutil.copy2(source, root / name)
-    return Workflow(root, (root if "src" in parts else CHECKOUT) / "src")
+def pytest_collection_finish(session):
+    asked = {name for item in session.items for name in item.fixturenames}
+    if not session.config.option.collectonly:
+        session.stash[BESIDE] = Beside(asked & set(RUNS))
+
+
+def pytest_sessionfinish(session):
+    if BESIDE in session.stash:
+        session.stash[BESIDE].close()
 
 
 @pytest.fixture(scope="session")
-def toy_run(tmp_path_factory) -> Workflow:
+def toy_run(request) -> Workflow:
     """A checkout in which `snakemake all` has run on the tiny toy world."""
-    workflow = copy_checkout(tmp_path_factory.mktemp("checkout"), PARTS + CODE)
-    done = workflow.run()
-    assert done.returncode == 0, done.stdout + done.stderr
-    return workflow
+    return request.session.stash[BESIDE].get("toy_run")
+
+
+@pytest.fixture(scope="session")
+def clipless_run(request) -> tuple[Path, str]:
+    """The checkout of a run that lost every clip, and what the run said."""
+    return request.session.stash[BESIDE].get("clipless_run")
+
+
+@pytest.fixture(scope="session")
+def killed_run(request) -> Path:
+    """The results of a run that was stopped at random moments and resumed."""
+    return request.session.stash[BESIDE].get("killed_run")
+
+
+@pytest.fixture(scope="session")
+def livelink_run(request, real_data) -> Path:
+    """The results of the example of that name; so with those below."""
+    return request.session.stash[BESIDE].get("livelink_run")
+
+
+@pytest.fixture(scope="session")
+def dreamtalk_run(request, real_data) -> Path:
+    return request.session.stash[BESIDE].get("dreamtalk_run")
+
+
+@pytest.fixture(scope="session")
+def pyfeat_run(request, real_data) -> Path:
+    return request.session.stash[BESIDE].get("pyfeat_run")
+
+
+@pytest.fixture(scope="session")
+def openface_run(request, real_data) -> Path:
+    return request.session.stash[BESIDE].get("openface_run")
+
+
+@pytest.fixture(scope="session")
+def metrical_tracker_run(request) -> Path:
+    return request.session.stash[BESIDE].get("metrical_tracker_run")
+
+
+@pytest.fixture(scope="session")
+def videos_run(request, real_data) -> Path:
+    return request.session.stash[BESIDE].get("videos_run")
+
+
+@pytest.fixture(scope="session")
+def celebvtext_run(request, real_data) -> Path:
+    return request.session.stash[BESIDE].get("celebvtext_run")
 
 
 @pytest.fixture

@@ -11,37 +11,19 @@ import yaml
 
 from mimeline import tables
 from mimeline.config import validate
+from mimeline.inspection.funnel import funnel
+from mimeline.inspection.why import why
 from mimeline.tracking.readers import Tracker
 from mimeline.vocabulary import EXPRESSIONS, GAZE, HEAD
 from mimeline.workflow import chosen
 
+from .whole_runs import GOLDEN, small_takes
+
 EXAMPLES = Path(__file__).parents[2] / "config" / "examples"
-GOLDEN = Path(__file__).parents[1] / "tracking" / "golden"
-SMALL = """
-shards: 1
-train: {timeline: {width: 16, heads: 2, steps: 5, batch: 2}}
-evaluate: {timeline: {timelines: 1, sampler_steps: 2}}
-report: {clips: 1, exemplars: 1}
-"""
 
 
-@pytest.fixture
-def run_example(checkout, tmp_path):
-    """Run an example on a data folder with a few changed keys; returns its folder of results."""
-
-    def run_example(name: str, data: Path, *arguments: str, change: str = SMALL) -> Path:
-        small = tmp_path / "small.yaml"
-        small.write_text(change)
-        config = (f"config/examples/{name}.yaml", str(small))
-        done = checkout.run(*arguments, "--config", f"data_dir={data}", config=config)
-        assert done.returncode == 0, done.stdout + done.stderr
-        return checkout.root / f"results-{name}"
-
-    return run_example
-
-
-def test_an_example_ends_with_a_report(run_example, real_data):
-    results = run_example("livelink", real_data / "arkit_livelink")
+def test_an_example_ends_with_a_report(livelink_run):
+    results = livelink_run
     assert (results / "report" / "index.html").stat().st_size > 10_000
     frames = tables.read_all(tables.FRAMES, results.glob("annotate/*/frames.parquet"))
     assert frames["clip_id"].nunique() == 13
@@ -52,8 +34,8 @@ def test_an_example_ends_with_a_report(run_example, real_data):
     assert tables.reason(metrics) == "no truth is known for these recordings"
 
 
-def test_an_example_that_measures_the_head_alone_ends_with_a_report(run_example, real_data):
-    results = run_example("dreamtalk", real_data / "dreamtalk")
+def test_an_example_that_measures_the_head_alone_ends_with_a_report(dreamtalk_run):
+    results = dreamtalk_run
     page = (results / "report" / "index.html").read_text(encoding="utf-8")
     assert "no face model was given" in page
     assert clips_after_pose(results) == 16
@@ -63,8 +45,8 @@ def test_an_example_that_measures_the_head_alone_ends_with_a_report(run_example,
     assert frames["HeadUp"].notna().all()
 
 
-def test_an_example_of_short_clips_ends_with_a_report(run_example, real_data):
-    results = run_example("pyfeat", real_data / "pyfeat")
+def test_an_example_of_short_clips_ends_with_a_report(pyfeat_run):
+    results = pyfeat_run
     assert (results / "report" / "index.html").stat().st_size > 10_000
     metrics = results / "evaluate" / "annotation" / "metrics.parquet"
     assert tables.reason(metrics) == "no truth is known for these recordings"
@@ -73,31 +55,17 @@ def test_an_example_of_short_clips_ends_with_a_report(run_example, real_data):
     assert frames["BrowUp"].notna().any()
 
 
-def test_an_example_reads_real_recordings(run_example, real_data):
-    results = run_example("openface", real_data / "openface", "--until", "pose")
-    found = measured(results)
-    assert clips_after_pose(results) == 1
+def test_an_example_reads_real_recordings(openface_run):
+    found = measured(openface_run)
+    assert clips_after_pose(openface_run) == 1
     assert {*HEAD, *GAZE, "jawOpen", "browInnerUp"} <= found
     assert "tongueOut" not in found
 
 
-def small_takes(name: str, folder: Path) -> tuple[Path, dict]:
-    """A folder of the small takes of a format, and how these are to be read."""
-    folder.mkdir()
-    for take in (GOLDEN / name).iterdir():
-        if take.name != "options.yaml":
-            (folder / take.name).symlink_to(take)
-    return folder, yaml.safe_load((GOLDEN / name / "options.yaml").read_text())
-
-
-def test_an_example_takes_folders_for_takes(run_example, tmp_path):
-    data, options = small_takes("metrical_tracker", tmp_path / "takes")
-    change = {"shards": 1, "select": {"min_s": 0.1}, "ingest": {"metrical_tracker": options}}
-    results = run_example(
-        "metrical_tracker", data, "--until", "pose", change=yaml.safe_dump(change)
-    )
-    assert clips_after_pose(results) == len(list(data.iterdir()))
-    assert {*HEAD, *GAZE, "eyeBlinkLeft"} <= measured(results)
+def test_an_example_takes_folders_for_takes(metrical_tracker_run):
+    takes = [path for path in (GOLDEN / "metrical_tracker").iterdir() if path.is_dir()]
+    assert clips_after_pose(metrical_tracker_run) == len(takes)
+    assert {*HEAD, *GAZE, "eyeBlinkLeft"} <= measured(metrical_tracker_run)
 
 
 @pytest.mark.parametrize(
@@ -127,14 +95,8 @@ def measured(results: Path) -> set[str]:
     return {*EXPRESSIONS, *HEAD, *GAZE} & set(motion.columns[motion.notna().any()])
 
 
-def test_bare_videos_are_cut_and_the_bad_ones_are_in_the_ledger(run_example, real_data, tmp_path):
-    data = tmp_path / "videos"
-    data.mkdir()
-    for video in ("face_noface.mov", "no_face.mp4", "single_face.mp4"):
-        (data / video).symlink_to(real_data / "video" / video)
-    for video in ("empty.mp4", "single_face_truncated_100k.mp4"):
-        (data / video).symlink_to(real_data / "corrupt" / video)
-    results = run_example("videos", data, "--until", "fetch", change="fetch: {side_px: 64}")
+def test_bare_videos_are_cut_and_the_bad_ones_are_in_the_ledger(videos_run):
+    results = videos_run
     ledger = tables.read_all(tables.LEDGER, results.rglob("ledger.parquet"))
     failed = ledger[ledger["status"] == "failed"].set_index("clip_id")["detail"]
     assert set(failed.index) == {"empty", "single_face_truncated_100k"}
@@ -144,3 +106,27 @@ def test_bare_videos_are_cut_and_the_bad_ones_are_in_the_ledger(run_example, rea
     assert set(clips["source_id"]) == {"face_noface", "no_face", "single_face"}
     assert (clips["n_frames"] == ((clips["end_s"] - clips["start_s"]) * 30).round()).all()
     assert all((results.parent / media).is_file() for media in clips["media"])
+
+
+def test_the_published_sample_of_celebv_text_runs_to_its_funnel(celebvtext_run):
+    found = funnel(celebvtext_run, [], [])
+    assert found.problem == ""
+    stages = {stage.name: stage for stage in found.funnel.stages}
+    assert found.waiting == ["fetch", "ingest", "pose", "split"]
+    assert stages["catalogue"].entered == 43
+    assert stages["select"].entered == stages["catalogue"].kept
+    clips = tables.read_all(tables.CLIPS, celebvtext_run.glob("select/*/clips.parquet"))
+    assert len(clips) == stages["select"].kept > 0
+    assert (clips["end_s"] - clips["start_s"]).between(5, 10).all()
+
+
+def test_a_stretch_that_the_sample_lists_twice_is_told_and_kept_once(celebvtext_run):
+    first, second = "oC9r-CTbToE_0_0", "oC9r-CTbToE_0_1"  # too long, both
+    assert funnel(celebvtext_run, [], []).besides == [second]
+    (story,) = why(celebvtext_run, [second]).stories
+    assert (story.status, story.decisions[-1].rule) == ("dropped", "too_long")
+    assert f"also a duplicate of {first}" in story.decisions[-1].detail
+    wider = funnel(celebvtext_run, [EXAMPLES / "celebvtext.yaml"], ["select.max_s=60"])
+    (change,) = wider.changes
+    assert change.reasons["duplicate"] == 1
+    assert first in change.gained and second not in change.gained

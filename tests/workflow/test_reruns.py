@@ -9,6 +9,7 @@ import pytest
 import yaml
 
 from mimeline.config import Config, Section
+from mimeline.config.catalogues import Catalogue
 from mimeline.config.trackers import OF_FACE_MODELS
 from mimeline.tracking.readers import READERS
 from mimeline.vocabulary import SERIES_REGIONS
@@ -34,6 +35,10 @@ USERS: dict[str, set[str]] = {
     "catalogue": {"catalogue"},
     "select": {"select"},
     "fetch": {"fetch"},
+    **{
+        f"fetch.{key}": {"fetch", "report"}
+        for key in ("folder", "max_pixels", "max_source_s", "max_mb", "timeout_s")
+    },
     "ingest": {"ingest"},
     "ingest.format": {"ingest", "fetch"},
     **{f"ingest.{name}.face": {"ingest"} for name in OF_FACE_MODELS},
@@ -62,6 +67,7 @@ USERS: dict[str, set[str]] = {
     "label.file": {"label"},
     "annotate": {"annotate", "evaluate_annotation", "evaluate", "report"},
     "describe": {"describe"},
+    "describe.balance": {"describe", "report"},
     "split": {"split"},
     "train.timeline": {"train"},
     "evaluate.truth": {"evaluate_annotation", "sweep_region", "report"},
@@ -83,6 +89,8 @@ FORMATS = {
     "pose.sixdrepnet": {},
     "pose.openface": {"pose": {"format": "openface"}},
 }
+# Files and folders that must be there.
+FILES = {"select.exclusions", "describe.templates", "label.file", "evaluate.truth", "report.face"}
 # These change which jobs there are, or where their files lie, not the params of a rule.
 STRUCTURE = {"data_dir", "shards", "pathvars", "train.models"}
 
@@ -104,6 +112,7 @@ def another(key: str, field, value):
     if literal is not None:
         return literal
     special = {
+        "catalogue.mead.views": ["top"],
         "select.exclusions": "left-out.csv",
         "describe.templates": "templates.yaml",
         "label.file": "names.yaml",
@@ -172,7 +181,7 @@ def test_a_key_changes_the_params_of_exactly_the_rules_that_use_it(
     base = FORMATS.get(block, {})
     default = reduce(getattr, key.split("."), Config())
     value = another(key, KEYS[key], default)
-    if key in ("select.exclusions", "label.file", "evaluate.truth", "report.face"):
+    if key in FILES:
         value = str(tmp_path / value)
         (tmp_path / value).mkdir() if key.endswith("truth") else (tmp_path / value).touch()
     before = params_of_format(block)
@@ -189,6 +198,17 @@ def test_a_region_of_segment_changes_that_region_alone(job_params):
     before, after = job_params({}), job_params({"segment": {"eye": {"beta": 9}}})
     changed = {job for job in before if before[job] != after[job]}
     assert changed == {("segment", ("eye",)), ("sweep_region", ("eye",)), ("sweep", ())}
+
+
+@pytest.mark.parametrize("name", typing.get_args(Catalogue.model_fields["format"].annotation))
+def test_a_dry_run_with_a_catalogue_plans_the_whole_way_and_reads_its_block_alone(
+    job_params, tmp_path, name
+):
+    jobs = job_params({"catalogue": {"format": name}, "data_dir": str(tmp_path)})
+    assert {rule for rule, _ in jobs} >= {"catalogue", "select", "fetch", "describe", "report"}
+    assert "toy" not in {rule for rule, _ in jobs}
+    block = getattr(Catalogue(), name).model_dump()
+    assert jobs["catalogue", ()]["catalogue"] == {"format": name, "options": block}
 
 
 def test_keys_of_a_format_that_is_not_chosen_change_nothing(job_params):
@@ -216,7 +236,8 @@ def test_a_catalogue_of_videos_depends_on_what_a_video_may_ask_of_us(job_params,
     base = {"catalogue": {"format": "videos"}, "data_dir": str(tmp_path)}
     before = job_params(base)
     after = job_params(merged(base, {"fetch": {"max_source_s": 60}}))
-    assert {job[0] for job in before if before[job] != after[job]} == {"catalogue", "fetch"}
+    changed = {job[0] for job in before if before[job] != after[job]}
+    assert changed == {"catalogue", "fetch", "report"}
 
 
 def test_a_changed_file_of_the_face_reruns_the_report(job_params, tmp_path):

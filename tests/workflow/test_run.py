@@ -6,6 +6,10 @@ import pandas as pd
 import pytest
 
 from mimeline import tables
+from mimeline.inspection.funnel import funnel
+from mimeline.inspection.why import why
+
+from .checkouts import CHECKOUT, TINY
 
 STAGES = ("catalogue", "select", "fetch", "ingest", "pose", "split")
 
@@ -63,6 +67,62 @@ def test_every_planted_fault_lands_where_it_should(results, ledger):
     assert lost == {fault["clip_id"] for fault in faults if fault["status"] != "kept"}
 
 
+def test_the_funnel_tells_what_the_ledgers_hold_and_every_clip_has_its_why(results, ledger):
+    found = funnel(results, [], [])
+    assert (found.problem, found.waiting) == ("", [])
+    for stage in found.funnel.stages:
+        rows = ledger[ledger["stage"] == stage.name].drop_duplicates("clip_id")
+        told = {status: getattr(stage, status) for status in ("kept", "dropped", "failed")}
+        assert told == {s: int((rows["status"] == s).sum()) for s in told}
+    ids = list(ledger["clip_id"].unique())
+    stories = {story.clip_id: story for story in why(results, ids).stories}
+    assert set(stories) == set(ids)
+    lost = ledger[ledger["status"] != "kept"]
+    for row in lost.itertuples():
+        last = stories[row.clip_id].decisions[-1]
+        assert (last.stage, last.status, last.rule) == (row.stage, row.status, row.rule)
+        assert stories[row.clip_id].todo
+    assert sum(not story.todo for story in stories.values()) == found.funnel.kept
+
+
+def test_a_what_if_runs_nothing_and_tells_what_a_wider_limit_keeps(results):
+    before = {path: path.stat().st_mtime_ns for path in results.rglob("*")}
+    found = funnel(results, [CHECKOUT / TINY], ["select.max_s=60"])
+    (change,) = found.changes
+    now = found.now["select"]
+    assert found.differ["select"] == []
+    long = now.reasons["too_long"]
+    assert long > 0 and "too_long" not in change.reasons
+    assert len(change.gained) == change.kept - now.kept == long
+    assert {path: path.stat().st_mtime_ns for path in results.rglob("*")} == before
+
+
+def test_kept_clips_are_described_counted_and_weighted(results):
+    clips = tables.read_all(tables.CLIPS, results.glob("pose/*/clips.parquet"))
+    descriptions = tables.read(tables.DESCRIPTIONS, results / "describe" / "descriptions.parquet")
+    assert set(descriptions["clip_id"]) <= set(clips["clip_id"])
+    assert {"catalogue", "timeline"} == set(descriptions["source"])
+    assert descriptions.groupby(["clip_id", "source"]).size().eq(3).all()
+    attributes = tables.read(tables.ATTRIBUTES, results / "describe" / "attributes.parquet")
+    talking = clips["actions"].map(lambda actions: any(a["name"] == "talk" for a in actions))
+    talk = attributes.set_index(["kind", "attribute"]).loc[("action", "talk")]
+    assert (talk["clips"], talk["share"]) == (talking.sum(), pytest.approx(talking.mean()))
+    weights = tables.read(tables.WEIGHTS, results / "describe" / "weights.parquet")
+    assert set(weights["clip_id"]) == set(clips["clip_id"])
+    assert weights["weight"].mean() == pytest.approx(1)
+
+
+def test_no_near_duplicate_lies_on_two_sides(results):
+    pairs = tables.read(tables.DUPLICATES, results / "split" / "duplicates.parquet")
+    split = tables.read(tables.SPLIT, results / "split" / "split.parquet")
+    part = split.set_index("clip_id")["part"]
+    both = pairs[pairs["clip_id"].isin(part.index) & pairs["other_id"].isin(part.index)]
+    assert (both["clip_id"].map(part) == both["other_id"].map(part)).all()
+    filmed = tables.read_all(tables.CLIPS, results.glob("fetch/*/clips.parquet"))
+    seen = tables.read_all(tables.FINGERPRINTS, results.glob("fetch/*/fingerprints.parquet"))
+    assert set(seen["clip_id"]) == set(filmed.loc[filmed["media"].notna(), "clip_id"])
+
+
 def test_every_frame_of_every_kept_clip_is_annotated(results):
     clips = tables.read_all(tables.CLIPS, results.glob("pose/*/clips.parquet"))
     frames = tables.read_all(tables.FRAMES, results.glob("annotate/*/frames.parquet"))
@@ -89,6 +149,7 @@ def test_the_model_is_scored_with_and_without_its_timeline(results):
 def test_the_report_is_one_page_that_needs_no_network(results):
     page = (results / "report" / "index.html").read_text(encoding="utf-8")
     assert "mimeline on the toy world" in page
+    assert "What the clips show" in page
     assert 'src="http' not in page
     assert 'href="http' not in page
 
@@ -96,7 +157,8 @@ def test_the_report_is_one_page_that_needs_no_network(results):
 def test_the_same_seed_gives_the_same_tables_on_one_core(toy_run, results):
     clusters = results / "segment" / "brow" / "clusters.parquet"
     before = clusters.read_bytes()
-    done = toy_run.run("--forcerun", "segment", "--cores", "1", "--until", "segment")
+    target = str(clusters.relative_to(toy_run.root))
+    done = toy_run.run(target, "--forcerun", "segment", "--cores", "1")
     assert done.returncode == 0, done.stderr
     assert clusters.read_bytes() == before
     assert "the report is" not in done.stdout + done.stderr  # that of an earlier run

@@ -40,7 +40,7 @@ rule catalogue:
         "<benchmarks>/catalogue.tsv"
     threads: 1
     resources:
-        mem_mb=1000 + (MEMORY_MB if config["catalogue"]["format"] == "videos" else 0),
+        mem_mb=1000 + (MEMORY_MB if limits_of_videos(config) else 0),
     params:
         catalogue=chosen(config["catalogue"]),
         cut_s=lookup("catalogue/cut_s", within=config),
@@ -58,6 +58,10 @@ rule select:
     input:
         clips="<results>/catalogue/{shard}/clips.parquet",
         exclusions=config["select"]["exclusions"] or [],
+        # one shard looks for what the list excludes and nobody has
+        catalogue=lambda wildcards: (
+            rules.catalogue.output.ledger if wildcards.shard == SHARDS[0] else []
+        ),
     output:
         clips="<results>/select/{shard}/clips.parquet",
         ledger="<results>/select/{shard}/ledger.parquet",
@@ -99,7 +103,7 @@ rule fetch:
         media=lambda wildcards, output: str(Path(output.clips).with_name("media")),
         sources=lambda wildcards, output: str(Path(output.clips).with_name("sources")),
         listing=LISTING,
-        recipe=code_digest("mimeline.media.cut"),  # what was cut by the same code is taken up
+        recipe=code_digest("mimeline.media.cut", "mimeline.media.fingerprint"),  # what was cut by the same code is taken up
         code=code_digest("mimeline.clips.fetch"),
     message:
         "Cutting the videos of shard {wildcards.shard}"

@@ -9,6 +9,8 @@ rule report:
             ),
             "<results>/split/ledger.parquet",
         ],
+        catalogue=expand("<results>/catalogue/{shard}/clips.parquet", shard=SHARDS),
+        data=DATA,
         fetched=expand("<results>/fetch/{shard}/clips.parquet", shard=SHARDS),
         clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
         motions=expand("<results>/ingest/{shard}/motion.parquet", shard=SHARDS),
@@ -25,6 +27,7 @@ rule report:
         duplicates="<results>/split/duplicates.parquet",
         descriptions="<results>/describe/descriptions.parquet",
         attributes="<results>/describe/attributes.parquet",
+        weights="<results>/describe/weights.parquet",
         statistics="<results>/split/statistics.parquet",
         annotation_metrics="<results>/evaluate/annotation/metrics.parquet",
         checkpoints=expand(
@@ -58,6 +61,11 @@ rule report:
         report=lookup("report", within=config),
         models=config["train"]["models"],
         side=lookup("series/side", within=config),
+        sources={
+            key: config["fetch"][key]
+            for key in ("folder", "max_pixels", "max_source_s", "max_mb", "timeout_s")
+        },
+        balance=lookup("describe/balance", within=config),
         annotate=lookup("annotate", within=config),
         truth=listing(config["evaluate"]["truth"]),
         face=listing(config["report"]["face"]),

@@ -10,6 +10,8 @@ with stage(snakemake) as job:
     report(
         page=job.output.page,
         ledgers=job.input.ledgers,
+        catalogue=job.input.catalogue,
+        data=job.input.data,
         fetched=job.input.fetched,
         clips=job.input.clips,
         motions=job.input.motions,
@@ -24,6 +26,7 @@ with stage(snakemake) as job:
         duplicates=job.input.duplicates,
         descriptions=job.input.descriptions,
         attributes=job.input.attributes,
+        weights=job.input.weights,
         statistics=job.input.statistics,
         annotation_metrics=job.input.annotation_metrics,
         models=job.params.models,
@@ -34,5 +37,7 @@ with stage(snakemake) as job:
         face=job.input.face or None,
         annotate=job.params.annotate,
         side=job.params.side,
+        sources=job.params.sources,
+        balance=job.params.balance,
         options=job.params.report,
     )

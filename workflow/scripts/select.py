@@ -11,5 +11,6 @@ with stage(snakemake) as job:
         clips=job.input.clips,
         kept=job.output.clips,
         ledger=job.output.ledger,
+        catalogue=job.input.catalogue,
         **job.params.select,
     )

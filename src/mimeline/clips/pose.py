@@ -1,18 +1,18 @@
 """Which clips turn the head too far for half of the face to be seen."""
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from mimeline import tables
+from mimeline.clips.head_poses import FORMATS, head_poses
 from mimeline.errors import BadFile, MimelineError
 from mimeline.ledger import Ledger
-from mimeline.tracking.detectors import ENOUGH_FRAMES, OPPOSED
+from mimeline.tracking.detectors import ENOUGH_FRAMES, FACTOR, OPPOSED, TOLD
 from mimeline.tracking.firewall import of_the_set_up
-from mimeline.tracking.formats.sixdrepnet import read_sixdrepnet
 from mimeline.tracking.loss import LEAST_COVERED
 from mimeline.vocabulary import HEAD
 
@@ -34,29 +34,21 @@ def pose(
     """Drop the clips in which a frame's |yaw| passes the limit (Höll 2024, 5.1).
 
     clips, kept: `clips` tables in and out. motion: the shard's motion. format: "motion" takes the
-    tracker's own head angles, "sixdrepnet" a table under data. max_yaw_deg: degrees.
+    tracker's own head angles, "sixdrepnet" and "openface" tables under data. max_yaw_deg: degrees.
     A clip without any head angle is kept, with a note that the rule could not be applied; one in
-    which the table and the tracker turn against each other, with a note of that.
-    Raises BadFile where they do so in most of the sources that move enough.
+    which the table and the tracker turn against each other, or by angles of another size, with a
+    note of that.
+    Raises BadFile where they do so in most of the sources that move enough, or where the tables
+    cannot be read.
     """
     table = tables.read(tables.CLIPS, clips)
     decisions = Ledger("pose", table["clip_id"])
     angles = tables.read(tables.MOTION, motion, ["clip_id", "frame", *HEAD])
-    if format == "sixdrepnet":
-        path = Path(data) / options["file"]
-        tracked, angles = angles, read_sixdrepnet(path)
-        agreement = compared(_inside(tracked, table), _inside(angles, table))
-        if fault := opposed_throughout(agreement.merge(table[["clip_id", "source_id"]]), path):
-            raise fault
-        for row in _opposed(agreement).itertuples():
-            decisions.note(
-                row.clip_id,
-                "pose_disagrees",
-                value=row.r,
-                limit=OPPOSED,
-                unit="correlation",
-                detail=f"{row.angle}: the pose table and the tracker turn against each other",
-            )
+    remarks: dict[str, str] = {}
+    if format != "motion":
+        path, tracked = Path(data) / options["file"], _inside(angles, table)
+        angles, remarks = head_poses(table, path, format)
+        _cross_check(tracked, angles, table, path, FORMATS[format].unit, decisions)
     angles = _inside(angles, table).dropna(subset=["head_yaw_left"])
     for turned in mask_turned(angles, np.radians(max_yaw_deg)).itertuples():
         decisions.drop(
@@ -71,10 +63,12 @@ def pose(
     known = angles.groupby("clip_id").size()
     for clip in table[table["clip_id"].isin(decisions.kept)].itertuples():
         frames = int(known.get(clip.clip_id, 0))
-        if frames < LEAST_COVERED * clip.n_frames:
+        remark = remarks.get(clip.clip_id)
+        if remark or frames < LEAST_COVERED * clip.n_frames:
             detail = "not applied: no head angle is known for this clip"
             if frames:
                 detail = f"applied to the {frames} of {clip.n_frames} frames with a head angle"
+            detail += f"; {remark}" if remark else ""
             decisions.note(clip.clip_id, "turned", limit=max_yaw_deg, unit="deg", detail=detail)
     table = table[table["clip_id"].isin(decisions.kept)]
     tables.write(tables.CLIPS, table, kept)
@@ -95,6 +89,44 @@ def mask_turned(angles: pd.DataFrame, max_yaw: float) -> pd.DataFrame:
     )
 
 
+def _cross_check(
+    tracked: pd.DataFrame,
+    angles: pd.DataFrame,
+    clips: pd.DataFrame,
+    path: Path,
+    unit: str,
+    decisions: Ledger,
+) -> None:
+    """Hold the table's angles against the tracker's: note what differs, stop where most do."""
+    sources = clips[["clip_id", "source_id"]]
+    scales = scaled(tracked, angles)
+    if fault := scaled_throughout(scales.merge(sources), path, unit):
+        raise fault
+    agreement = compared(tracked, angles)
+    if fault := opposed_throughout(agreement.merge(sources), path):
+        raise fault
+    for row in _first_of_each(scales[_is_other_unit(scales["ratio"])]).itertuples():
+        decisions.note(
+            row.clip_id,
+            "pose_disagrees",
+            value=row.ratio,
+            limit=FACTOR if row.ratio > 1 else 1 / FACTOR,
+            unit="times what it should be",
+            detail=f"{row.angle}: the pose table's angles are not in {unit}, or not the tracker's "
+            "in the unit that was told",
+        )
+    opposed = agreement[agreement["r"] < OPPOSED].sort_values("r", kind="stable")
+    for row in _first_of_each(opposed).itertuples():
+        decisions.note(
+            row.clip_id,
+            "pose_disagrees",
+            value=row.r,
+            limit=OPPOSED,
+            unit="correlation",
+            detail=f"{row.angle}: the pose table and the tracker turn against each other",
+        )
+
+
 def compared(
     tracked: pd.DataFrame, angles: pd.DataFrame, names: Sequence[str] = HEAD
 ) -> pd.DataFrame:
@@ -103,14 +135,66 @@ def compared(
     tracked, angles: clip_id, frame and the angles in radians. Returns clip_id, angle and r, their
     correlation over the frames that both know, where both move enough to tell.
     """
+    rows = [
+        (clip_id, name, float(np.corrcoef(pair.T)[0, 1]))
+        for clip_id, name, pair in _pairs(tracked, angles, names)
+        if pair.std(axis=0).min() >= MOVES
+    ]
+    return pd.DataFrame(rows, columns=["clip_id", "angle", "r"])
+
+
+def scaled(
+    tracked: pd.DataFrame, angles: pd.DataFrame, names: Sequence[str] = HEAD
+) -> pd.DataFrame:
+    """How far the second source turns where the first turns, as a ratio.
+
+    tracked, angles: as for `compared`. Returns clip_id, angle and ratio, where one moves enough and
+    the two move alike, either way round.
+    """
     rows = []
+    for clip_id, name, pair in _pairs(tracked, angles, names):
+        spread = pair.std(axis=0)  # (2,)
+        if spread.max() >= MOVES and spread.min() > 0 and abs(np.corrcoef(pair.T)[0, 1]) >= TOLD:
+            rows.append((clip_id, name, float(spread[1] / spread[0])))
+    return pd.DataFrame(rows, columns=["clip_id", "angle", "ratio"])
+
+
+def _pairs(
+    tracked: pd.DataFrame, angles: pd.DataFrame, names: Sequence[str]
+) -> Iterator[tuple[str, str, np.ndarray]]:
+    """(clip_id, angle, both sources' values (m, 2)) where enough frames know it."""
     both = tracked.merge(angles, on=["clip_id", "frame"], suffixes=("", "_there"))
     for clip_id, frames in both.groupby("clip_id"):
         for name in names:
             pair = frames[[name, f"{name}_there"]].dropna().to_numpy(float)  # (m, 2)
-            if len(pair) >= ENOUGH_FRAMES and pair.std(axis=0).min() >= MOVES:
-                rows.append((clip_id, name, float(np.corrcoef(pair.T)[0, 1])))
-    return pd.DataFrame(rows, columns=["clip_id", "angle", "r"])
+            if len(pair) >= ENOUGH_FRAMES:
+                yield clip_id, name, pair
+
+
+def _is_other_unit(ratio: pd.Series) -> pd.Series:
+    return (ratio > FACTOR) | (ratio < 1 / FACTOR)
+
+
+def scaled_throughout(scales: pd.DataFrame, path: Path, unit: str) -> MimelineError | None:
+    """The error to stop with, where most sources that can tell have angles of another unit.
+
+    scales: as `scaled` gives it, with source_id; clips of one source are one. path: the pose table.
+    unit: that its format has.
+    """
+    wrong = scales[_is_other_unit(scales["ratio"])]
+    shown, could = wrong["source_id"].nunique(), scales["source_id"].nunique()
+    if not of_the_set_up(shown, could):
+        return None
+    first = wrong.iloc[0]
+    return BadFile(
+        path,
+        place=f"{shown} of the {could} sources that move enough",
+        found=f"{first.angle} {first.ratio:.3g} times that of the tracking results in "
+        f"{first.clip_id}",
+        expected=f"angles in {unit}, as large as the tracker's",
+        remedy="Convert the table's angles, or the unit of the tracker's under ingest; or set "
+        "pose.format: motion.",
+    )
 
 
 def opposed_throughout(agreement: pd.DataFrame, path: Path) -> MimelineError | None:
@@ -137,10 +221,8 @@ def opposed_throughout(agreement: pd.DataFrame, path: Path) -> MimelineError | N
     return None
 
 
-def _opposed(agreement: pd.DataFrame) -> pd.DataFrame:
-    """The angle in which a clip disagrees most, of each clip that disagrees."""
-    opposed = agreement[agreement["r"] < OPPOSED].sort_values("r", kind="stable")
-    return opposed.drop_duplicates("clip_id")
+def _first_of_each(rows: pd.DataFrame) -> pd.DataFrame:
+    return rows.drop_duplicates("clip_id")
 
 
 def _inside(angles: pd.DataFrame, clips: pd.DataFrame) -> pd.DataFrame:

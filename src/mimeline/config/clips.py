@@ -22,8 +22,8 @@ class Select(Section):
     )
     max_overlap: Share | None = Field(
         0.5,
-        description="of two clips of one source that share more than that of their time and of "
-        "their box, the first is kept; null: both",
+        description="of two clips of one source that share more than that of the shorter one's "
+        "time and of the smaller box, the first is kept; null: both",
     )
     exclusions: str | None = Field(
         None, description="CSV with clip_id and reason: clips left out by hand; null: none"
@@ -72,26 +72,29 @@ class Fetch(Section):
 
     @model_validator(mode="after")
     def _addresses_differ(self) -> "Fetch":
-        if self.url is not None and "{source_id}" not in self.url:
-            raise ValueError("url with {source_id} in it, or null")
+        known = self.url is None or self.url.startswith(("http://", "https://"))
+        if not known or (self.url is not None and "{source_id}" not in self.url):
+            raise ValueError("url of http or https with {source_id} in it, or null")
         return self
 
 
 class SixDRepNet(Section):
-    """A table of 6DRepNet angles: clip_id, frame, pitch, yaw, roll in degrees."""
+    """6DRepNet angles: frame, pitch, yaw, roll in degrees, in a table of all clips with a clip_id,
+    or in <clip_id>.csv in a folder."""
 
-    file: str = Field("head_pose.csv", description="the table, under data_dir")
+    file: str = Field("head_pose.csv", description="the table or the folder, under data_dir")
 
 
 class OpenFacePose(Section):
-    """OpenFace's tables: <clip_id>.csv in a folder, or one table of all clips with a clip_id."""
+    """OpenFace's tables: <clip_id>.csv or <source_id>.csv in a folder, or one table of all clips
+    with a clip_id."""
 
-    file: str = Field("openface", description="the folder or the table, under data_dir")
+    file: str = Field("openface", description="the table or the folder, under data_dir")
 
 
 class Pose(Section):
     format: Literal["sixdrepnet", "openface", "motion"] = Field(
-        "sixdrepnet", description="head angles from a table, or from the tracker's own motion"
+        "sixdrepnet", description="head angles from tables, or from the tracker's own motion"
     )
     sixdrepnet: SixDRepNet = SixDRepNet()
     openface: OpenFacePose = OpenFacePose()
@@ -103,14 +106,21 @@ class Describe(Section):
 
     texts: Count = Field(3, description="descriptions per clip and source of what it shows")
     min_s: Positive = Field(
-        1.0, description="shortest stretch that is told of, seconds; a shorter one joins another"
+        1.0, description="what lasts less is told in passing, and splits no time, seconds"
+    )
+    max_stretches: Count = Field(
+        5, description="stretches of a description; of more, the shortest are told in passing"
+    )
+    max_words: Count = Field(
+        50,
+        description="words of a description, about: 50 fit CLIP's 77 tokens; the rest is left out",
     )
     templates: str | None = Field(
-        None, description="YAML with templates of your own; null: resources/descriptions.yaml"
+        None, description="YAML with wording of your own; null: resources/descriptions.yaml alone"
     )
     balance: Share = Field(
         0.5,
-        description="how far clips of rare attributes are weighted up: 0 not at all, 1 until all "
-        "attributes count the same",
+        description="how far clips that show something rare are weighted up: 0 not at all, 1 until "
+        "everything counts about the same",
     )
     seed: Seed = Field(0, description="seed of the choice of words")

@@ -1,4 +1,4 @@
-"""Parts for training, validation and testing that share neither source video nor person."""
+"""Parts for training, validation and testing that share no source video, person or content."""
 
 import logging
 from collections.abc import Sequence
@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from mimeline import tables
+from mimeline.dataset.near_duplicates import near_duplicates as find_near_duplicates
 from mimeline.dataset.statistics import statistics
 from mimeline.ledger import Ledger
 
@@ -32,31 +33,53 @@ def split(
 ) -> None:
     """Divide the clips (Höll 2024, 5.2.4) and measure the training part.
 
-    clips, motions: one path per shard. val, test: shares of the clips. With fewer than three groups
-    of source video and person, contiguous blocks of time take their place, gap_s seconds apart:
-    the ledger says so for every clip.
+    clips, motions, fingerprints: one path per shard. val, test: shares of the clips.
+    near_duplicates: clips of which more than that share is alike are in one part, and stand in the
+    table duplicates; None: nobody looks. With fewer than three groups of source video, person and
+    near-duplicates, contiguous blocks of time take their place, gap_s seconds apart: the ledger
+    says so for every clip.
     """
     table = tables.read_all(tables.CLIPS, clips)
-    table = table.assign(group=groups(table))
+    motion = tables.read_all(tables.MOTION, motions)
     decisions = Ledger("split", table["clip_id"])
+    pairs = pd.DataFrame(columns=["clip_id", "other_id", "kind", "share", "mirrored"])
+    if near_duplicates is not None:
+        pictures = tables.read_all(tables.FINGERPRINTS, fingerprints)
+        known = table.assign(group=groups(table))
+        pairs = find_near_duplicates(known, pictures, motion, near_duplicates)
+    for pair in pairs.sort_values("share", kind="stable").itertuples():  # the last note counts
+        for clip_id, other in ((pair.clip_id, pair.other_id), (pair.other_id, pair.clip_id)):
+            decisions.note(
+                clip_id,
+                "near_duplicate",
+                value=pair.share,
+                limit=near_duplicates,
+                unit="share",
+                detail=likeness(other, pair),
+            )
+    table = table.assign(group=groups(table, pairs))
     shares = {"val": val, "test": test}
     if table["group"].nunique() >= len(PARTS):
         part = by_group(table, shares, np.random.default_rng(seed))
     else:
         part = by_time(table, shares, gap_s)
+        leaking = leaks(table["clip_id"], part, pairs)
         for clip_id, chosen in zip(table["clip_id"], part, strict=True):
             if chosen == "":
                 detail = "between two parts of one recording"
                 decisions.drop(clip_id, "split_gap", limit=gap_s, unit="s", detail=detail)
+            elif clip_id in leaking:
+                detail = f"{leaking[clip_id]} is in another part"
+                decisions.drop(clip_id, "near_duplicate", limit=near_duplicates, detail=detail)
             else:
                 decisions.note(clip_id, "split_by_time", detail="fewer than three groups")
     rows = table.assign(part=part)[table["clip_id"].isin(decisions.kept)]
     tables.write(tables.SPLIT, rows, split, reason="" if len(rows) else "no clip came through")
-    tables.write(tables.DUPLICATES, tables.empty(tables.DUPLICATES), duplicates)
+    unsought = "split.near_duplicates is null" if near_duplicates is None else "no two are alike"
+    tables.write(tables.DUPLICATES, pairs, duplicates, reason="" if len(pairs) else unsought)
     decisions.close(ledger, rows["clip_id"])
 
     trained = rows.loc[rows["part"] == "train", "clip_id"]
-    motion = tables.read_all(tables.MOTION, motions)
     measured = statistics(motion[motion["clip_id"].isin(trained)])
     tables.write(tables.STATISTICS, measured, statistics_table)
     sizes = rows["part"].value_counts()
@@ -64,10 +87,19 @@ def split(
     log.info("%s", ", ".join(f"{part} {sizes.get(part, 0)}" for part in PARTS))
 
 
-def groups(clips: pd.DataFrame) -> list[str]:
-    """A name per clip, the same for clips tied by source video or person, also by way of others.
+def likeness(other: str, pair) -> str:
+    """What the ledger says of a near-duplicate. pair: a row of them."""
+    what = "pictures" if pair.kind == "film" else "frames of motion"
+    turned = ", mirrored" if pair.mirrored else ""
+    return f"{pair.share:.0%} of the {what} of the shorter are those of {other}{turned}"
 
-    clips: source_id, subject_id (null where unknown).
+
+def groups(clips: pd.DataFrame, pairs: pd.DataFrame | None = None) -> list[str]:
+    """A name per clip, the same for clips tied by source video, person or likeness, also by way of
+    others; it does not depend on the order of clips or pairs.
+
+    clips: clip_id, source_id, subject_id (null where unknown). pairs: clip_id, other_id of clips
+    that show the same.
     """
     parent: dict[tuple, tuple] = {}
 
@@ -76,11 +108,42 @@ def groups(clips: pd.DataFrame) -> list[str]:
             node = parent[node]
         return node
 
-    for clip in clips.itertuples():
-        if pd.notna(clip.subject_id):
-            ends = root(("source", clip.source_id)), root(("person", clip.subject_id))
-            parent[max(ends)] = min(ends)
+    def tie(one, other):
+        ends = root(one), root(other)
+        parent[max(ends)] = min(ends)
+
+    known = clips[clips["subject_id"].notna()]
+    for source, person in zip(known["source_id"], known["subject_id"], strict=True):
+        tie(("source", source), ("person", person))
+    if pairs is not None:
+        source_of = dict(zip(clips["clip_id"], clips["source_id"], strict=True))
+        for one, other in zip(pairs["clip_id"], pairs["other_id"], strict=True):
+            tie(("source", source_of[one]), ("source", source_of[other]))
     return ["{}:{}".format(*root(("source", source))) for source in clips["source_id"]]
+
+
+def leaks(clip_ids: pd.Series, part: np.ndarray, pairs: pd.DataFrame) -> dict[str, str]:
+    """Clips to leave out so that no pair is on two sides, each with the other of its pair.
+
+    part: as by_time gives it. A later part keeps its clips, unless training would lose all of its
+    own: then the later part loses those that are alike.
+    """
+    sides = dict(zip(clip_ids, part, strict=True))
+    one_way = list(zip(pairs["clip_id"], pairs["other_id"], strict=True))
+    left_out: dict[str, str] = {}
+    for later in ("test", "val"):
+        earlier = PARTS[: PARTS.index(later)]
+        crossing = [
+            (one, other)
+            for one, other in one_way + [(other, one) for one, other in one_way]
+            if sides[one] in earlier and sides[other] == later
+        ]
+        losing = dict(crossing)
+        if {clip for clip, side in sides.items() if side == "train"} <= losing.keys():
+            losing = {other: one for one, other in crossing}
+        left_out |= losing
+        sides |= dict.fromkeys(losing, "")
+    return left_out
 
 
 def by_group(clips: pd.DataFrame, shares: dict[str, float], rng: np.random.Generator) -> np.ndarray:

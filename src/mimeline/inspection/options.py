@@ -82,7 +82,7 @@ def options(
         raise BadConfig(
             "--format", found=repr(format), expected=f"one of {', '.join(READERS)}", remedy=REMEDY
         )
-    values = _from_yaml(config) if config else {}
+    values = from_yaml(config) if config else {}
     given = values.get("ingest") or {}
     if not isinstance(given, dict):
         raise BadConfig(
@@ -156,7 +156,7 @@ def _value(text: str) -> Any:
         return text
 
 
-def _from_yaml(path: Path) -> dict[str, Any]:
+def from_yaml(path: Path) -> dict[str, Any]:
     expected = "a configuration in YAML"
     try:
         values = yaml.safe_load(path.read_text(encoding="utf-8"))

@@ -102,7 +102,7 @@ def cut_sound(
             expected="sound to cut",
             remedy="Leave the sound out.",
         )
-    at = int(np.searchsorted(probe.times, probe.times[0] + start_s, side="right")) - 1
+    at = int(np.searchsorted(probe.times, probe.since_s + start_s, side="right")) - 1
     opened = _open(source, probe, _before(probe, at), limits)
     sound = _sound(opened, probe, start_s, length_s)
     options = {"c:a": "pcm_s16le", "ar": rate, "ac": 1, "f": "wav"}
@@ -154,7 +154,7 @@ def _check_size(source: Path, probe: Probe, width: int, height: int) -> None:
 
 
 def _start_us(probe: Probe, start_s: float) -> int:
-    return round((probe.times[0] + start_s) * 1e6)
+    return round((probe.since_s + start_s) * 1e6)
 
 
 def _before(probe: Probe, frame: int) -> float | None:
@@ -194,7 +194,7 @@ def _pictures(opened, probe: Probe, start_s: float, n_frames: int, fps: Fraction
 
 
 def _sound(opened, probe: Probe, start_s: float, length_s: float):
-    start = float(probe.times[0] + start_s)
+    start = float(probe.since_s + start_s)
     return (
         opened[str(probe.sound_stream)]
         .filter("asetpts", f"PTS-({start:.6f})/TB")

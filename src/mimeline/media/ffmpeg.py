@@ -11,7 +11,7 @@ from mimeline.errors import BadFile
 from mimeline.media.confined import Outcome, run_confined
 from mimeline.media.limits import Limits, Refused
 
-CONTAINERS = ("mov", "matroska", "avi", "mpegts")  # none of them points to other files
+CONTAINERS = ("mov", "matroska", "avi", "mpegts", "nut")  # none of them points to other files
 DECODERS = (
     *("h264", "hevc", "libdav1d", "av1", "libvpx", "libvpx-vp9", "vp8", "vp9"),
     *("mpeg4", "msmpeg4", "msmpeg4v2", "msmpeg4v3", "mpeg2video", "mpeg1video", "h263"),

@@ -30,7 +30,10 @@ class Probe:
     stream: number of the video stream in the file. rate: frames per second, on average.
     times: (n_frames,) seconds of every frame on the file's own clock, in the order shown.
     frame_s: how long a frame usually lasts. ordered: the file tells the time of each frame, so
-    that it can be entered anywhere.
+    that it can be entered anywhere. since_s: where seconds are counted from on that clock: the
+    first frame's time, and of a piece that was copied out of a video, the video's. ahead_s: how far
+    the piece's clock is ahead of the video's. first_frame: its first frame's number in the video;
+    None where that is not known.
     """
 
     container: str
@@ -44,6 +47,9 @@ class Probe:
     sound_stream: int | None
     pixel_shape: float
     ordered: bool
+    since_s: float
+    ahead_s: float = 0.0
+    first_frame: int | None = 0
 
     @property
     def n_frames(self) -> int:
@@ -55,8 +61,8 @@ class Probe:
 
     @property
     def duration_s(self) -> float:
-        """From the first frame shown to the end of the last."""
-        return float(self.times[-1] - self.times[0]) + self.frame_s
+        """From the first frame shown, of the whole video, to the end of the last."""
+        return float(self.times[-1] - self.since_s) + self.frame_s
 
     @property
     def variable(self) -> bool:
@@ -102,6 +108,7 @@ def probe(path: Path, limits: Limits) -> Probe:
         sound_stream=facts["sound"][0][0] if facts["sound"] else None,
         pixel_shape=facts["pixel_shape"],
         ordered=ordered,
+        since_s=float(times[0]),
     )
 
 

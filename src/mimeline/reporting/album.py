@@ -1,4 +1,7 @@
-"""Pictures of clips for the page: frames of their videos, else their motion on a drawn face.
+"""Pictures of clips for the page: frames of their films, else their motion on a drawn face.
+
+A clip that was never cut, nor tracked, has one still out of its source, whichever frame is asked
+for.
 
 The page's parts ask for the frames that they show; then each video is opened once and each frame
 drawn once.
@@ -21,6 +24,7 @@ from mimeline.media.frames import read_frames
 from mimeline.media.picture import encode
 from mimeline.reporting.filmstrip import Place
 from mimeline.reporting.stand_in import StandIn
+from mimeline.reporting.stills import Still
 from mimeline.vocabulary import CHANNELS
 
 log = logging.getLogger(__name__)
@@ -33,11 +37,12 @@ FREE = (43, 41, 38)  # beside a picture that is not square
 class Shot:
     """A frame of a clip that the page wants to show, size pixels wide and high.
 
+    frame: None is the middle of a clip whose frames were never counted.
     region: a series region, which is drawn close, filmed or not; None: the whole head.
     """
 
     clip_id: str
-    frame: int
+    frame: int | None
     size: int
     region: str | None
 
@@ -58,18 +63,28 @@ class Album:
     """Collects shots, then has their pictures.
 
     media: clip → video, at the clip's own rate. motions: `motion` tables of the clips.
+    stills: clip → its source's, of clips without film and motion.
     gone: clip → why its video could not be read, once developed.
     """
 
-    def __init__(self, media: Mapping[str, Path], motions: Sequence[str | Path], stand_in: StandIn):
+    def __init__(
+        self,
+        media: Mapping[str, Path],
+        motions: Sequence[str | Path],
+        stand_in: StandIn,
+        stills: Mapping[str, Still] | None = None,
+    ):
         self.media, self.motions, self.stand_in = media, motions, stand_in
+        self.stills = stills or {}
         self.gone: dict[str, str] = {}
         self._shots: dict[str, set[Shot]] = defaultdict(set)
         self._pictures: dict[Shot, Picture] = {}
 
-    def ask(self, clip_id: str, frame: int, size: int = SIZE, region: str | None = None) -> Shot:
+    def ask(
+        self, clip_id: str, frame: int | None, size: int = SIZE, region: str | None = None
+    ) -> Shot:
         """A picture is wanted; whether there is one shows when all are developed."""
-        shot = Shot(clip_id, int(frame), size, region)
+        shot = Shot(clip_id, None if frame is None else int(frame), size, region)
         self._shots[clip_id].add(shot)
         return shot
 
@@ -94,8 +109,13 @@ class Album:
         """Make every picture that was asked for, where that is possible."""
         for clip_id in self.media.keys() & self._shots.keys():
             self._film(clip_id, self._shots[clip_id])
+        for clip_id, own in self._shots.items():
+            self._copy(clip_id, [shot for shot in own if shot.frame is None])
         open_shots = {
-            shot for own in self._shots.values() for shot in own if shot not in self._pictures
+            shot
+            for own in self._shots.values()
+            for shot in own
+            if shot.frame is not None and shot not in self._pictures
         }
         if open_shots:
             for path in self.motions:
@@ -119,6 +139,12 @@ class Album:
             log.warning("%s is drawn, its video cannot be shown: %s", clip_id, error)
         else:
             self._pictures |= filmed
+
+    def _copy(self, clip_id: str, shots: Sequence[Shot]) -> None:
+        frame = self.stills[clip_id].picture() if shots else None
+        if frame is not None:
+            for shot in shots:
+                self._pictures[shot] = Picture(data_uri(square(frame, shot.size)), filmed=True)
 
     def _draw(self, path: str | Path, shots: set[Shot]) -> None:
         wanted = pd.DataFrame(

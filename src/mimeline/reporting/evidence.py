@@ -10,6 +10,7 @@ from mimeline.reporting.funnel import Loss
 
 SIZE = 144  # pixels
 MOST = 60  # lost clips of a stage that are all shown; of more, the first of each rule
+MOST_STILLS = 16  # of clips that were never cut: each has to be looked up in its source
 
 
 def evidence(
@@ -22,7 +23,7 @@ def evidence(
 
     motions: `motion` tables, for the frame in which a head turns farthest. lengths: clip → frames
     of its video. It is the first frame that broke the rule, or the middle of a video of which no
-    frame did.
+    frame did; of a clip that was never cut, the album's still.
     """
     wanted = _few(losses)
     farthest = _farthest({loss.clip_id for loss in wanted if loss.rule == "turned"}, motions)
@@ -37,6 +38,9 @@ def evidence(
             continue
         frame = min(frame, length - 1) if length else frame
         shots[loss.clip_id] = album.ask(loss.clip_id, frame, SIZE)
+    stills = [loss for loss in losses if loss.clip_id in album.stills.keys() - shots.keys()]
+    for loss in _varied(stills)[:MOST_STILLS]:
+        shots[loss.clip_id] = album.ask(loss.clip_id, None, SIZE)
     return shots
 
 
@@ -49,6 +53,16 @@ def _few(losses: Sequence[Loss]) -> list[Loss]:
             few.append(loss)
         seen.add(key)
     return few
+
+
+def _varied(losses: Sequence[Loss]) -> list[Loss]:
+    """The first of each rule, then the second of each, and so on."""
+    rules: Counter = Counter()
+    turns = []
+    for loss in losses:
+        turns.append(rules[loss.stage, loss.rule])
+        rules[loss.stage, loss.rule] += 1
+    return [loss for _, loss in sorted(zip(turns, losses, strict=True), key=lambda pair: pair[0])]
 
 
 def _farthest(clips: set[str], motions: Sequence[str | Path]) -> dict[str, int]:

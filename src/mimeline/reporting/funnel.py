@@ -14,7 +14,7 @@ from mimeline.reporting.gauge import Gauge, gauge
 # in the order that clips pass them
 STAGES = ("catalogue", "select", "fetch", "ingest", "pose", "split")
 STATUSES = ("kept", "dropped", "failed")
-MOST_ROWS = 400  # more lost clips are counted, not listed
+MOST_ROWS = 400  # lost clips that are listed; more are counted
 MOST_NAMED = 6  # clips named beside a note
 
 
@@ -112,11 +112,17 @@ def funnel(
     lost = lost.sort_values(["place", "rule", "clip_id"], kind="stable")
     return Funnel(
         stages=[_stage(name, rows[rows["stage"] == name]) for name in order],
-        losses=[_loss(row) for row in lost.head(MOST_ROWS).itertuples()],
+        losses=[_loss(row) for row in _varied(lost).itertuples()],
         unlisted=max(len(lost) - MOST_ROWS, 0),
         notes=_notes(rows, order),
         planted=_planted(rows, truth),
     )
+
+
+def _varied(lost: pd.DataFrame) -> pd.DataFrame:
+    """Of more than are listed, the first of each stage and rule, the second of each, and so on."""
+    turn = lost.groupby(["place", "rule"], dropna=False).cumcount()
+    return lost[turn.rank(method="first") <= MOST_ROWS]
 
 
 def _read(ledgers: Sequence[str | Path]) -> pd.DataFrame:

@@ -13,7 +13,7 @@ from mimeline.reporting import words
 from mimeline.reporting.style import themes
 
 TEMPLATES = Path(__file__).parent / "templates"
-FILTERS = ("spaced", "short", "percent", "count", "clips", "score")
+FILTERS = ("spaced", "short", "percent", "count", "clips", "score", "number")
 
 
 def write_page(path: str | Path, template: str, title: str, facts: Mapping[str, Any]) -> int:

@@ -10,6 +10,7 @@ import pandas as pd
 from mimeline import tables
 from mimeline.reporting import gauge, words
 from mimeline.reporting.album import Album
+from mimeline.reporting.captions import captions
 from mimeline.reporting.channels import channels
 from mimeline.reporting.clusters import GAP, HEIGHT, LEADERS, WIDTH, regions
 from mimeline.reporting.confusion import matrices
@@ -17,9 +18,12 @@ from mimeline.reporting.evidence import evidence
 from mimeline.reporting.funnel import STATUSES, funnel
 from mimeline.reporting.generated import pictures
 from mimeline.reporting.page import write_page
+from mimeline.reporting.pairs import pairs
 from mimeline.reporting.scores import scores
 from mimeline.reporting.sheet import sheet, shown
+from mimeline.reporting.shows import shows
 from mimeline.reporting.stand_in import stand_in
+from mimeline.reporting.stills import stills
 from mimeline.reporting.summary import figures, lead, missing
 from mimeline.reporting.timelines import timelines
 from mimeline.reporting.training import VARIANT_WORDS, model
@@ -33,6 +37,8 @@ GENERATED = 3  # requested timelines drawn per model
 def report(
     page: str | Path,
     ledgers: Sequence[str | Path],
+    catalogue: Sequence[str | Path],
+    data: str | Path,
     fetched: Sequence[str | Path],
     clips: Sequence[str | Path],
     motions: Sequence[str | Path],
@@ -47,6 +53,7 @@ def report(
     duplicates: str | Path,
     descriptions: str | Path,
     attributes: str | Path,
+    weights: str | Path,
     statistics: str | Path,
     annotation_metrics: str | Path,
     models: Sequence[str],
@@ -57,15 +64,19 @@ def report(
     face: str | Path | None,
     annotate: Mapping[str, Any],
     side: str,
+    sources: Mapping[str, Any],
+    balance: float,
     options: Mapping[str, Any],
 ) -> None:
     """Write the page of a run: self-contained HTML, of which nothing in the tables becomes markup.
 
-    ledgers, fetched (clips with their videos), clips (kept), motions, intervals, frames: a table
-    per shard. series, clusters: tables by region. checkpoints, metrics, generated: one per model.
-    truth: a folder with frames.parquet and perhaps faults.csv, or None. face: what motion is drawn
-    on, None for the embedded face. annotate: the limits of the annotation. side: the side of the
-    face that was clustered. options: title, clips (timelines drawn), exemplars (per cluster).
+    ledgers, catalogue (all clips), fetched (clips with their videos), clips (kept), motions,
+    intervals, frames: a table per shard. series, clusters: tables by region. checkpoints, metrics,
+    generated: one per model. truth: a folder with frames.parquet and perhaps faults.csv, or None.
+    face: what motion is drawn on, None for the embedded face. annotate: the limits of the
+    annotation. side: the side of the face that was clustered. data, sources: the folder of sources
+    and `stills`' options, how they are found there. balance: how far rare attributes are weighted
+    up. options: title, clips (timelines drawn), exemplars (per cluster).
     A table that is empty shows its reason; a video or face that cannot be read is said and stood in
     for. Raises BadFile where the ledgers do not add up.
     """
@@ -80,12 +91,16 @@ def report(
     videos = tables.read_all(tables.CLIPS, fetched)
     videos = videos[videos["media"].notna()]
     actor = stand_in(face)
-    album = Album(dict(zip(videos["clip_id"], videos["media"], strict=True)), motions, actor)
+    filmed = dict(zip(videos["clip_id"], videos["media"], strict=True))
+    never_cut = {loss.clip_id for loss in way.losses} - filmed.keys()
+    album = Album(filmed, motions, actor, stills(catalogue, data, never_cut, **sources))
     found = regions(series, clusters, labels, exemplars, fps, side, options["exemplars"], album)
     drawn = timelines(kept, intervals, marked, true, options["clips"], part_of, album)
     lengths = dict(zip(videos["clip_id"], videos["n_frames"], strict=True))
     why = evidence(way.losses, motions, lengths, album)
     cards = sheet(kept, marked, album)
+    twins = pairs(duplicates, kept, part_of, album)
+    told = captions(descriptions, kept, intervals, album)
     album.develop()
     scored = scores(annotation_metrics, marked, true)
     measured = channels(statistics, origins)
@@ -100,11 +115,14 @@ def report(
     facts = {
         "figures": figures(way, finished, n_intervals, scored, trained),
         "lead": lead(way, parts, found, true is not None),
-        "missing": missing(way, measured, found, drawn, scored, trained, album),
+        "missing": missing(way, measured, found, drawn, scored, trained, album, twins),
         "funnel": way,
         "evidence": why,
         "gauge_width": gauge.WIDTH,
         "sheet": shown(cards, album),
+        "pairs": twins,
+        "shows": shows(attributes, weights, balance),
+        "captions": told,
         "album": album,
         "statuses": STATUSES,
         "channels": measured,
@@ -120,13 +138,17 @@ def report(
         "limits": annotate,
         "side": side,
         "files": _files(
-            labels,
+            names=Path(labels).with_name("labels.yaml"),
+            labels=labels,
             decisions=ledgers[1:2],
             films=[Path(path).with_name("media") for path in fetched],
             clips=clips,
             motion=motions,
             intervals=intervals,
             frames=frames,
+            descriptions=descriptions,
+            weights=weights,
+            duplicates=duplicates,
         ),
         "track_names": words.TRACK_NAMES,
     }
@@ -138,10 +160,13 @@ def _truth(folder: str | Path | None) -> pd.DataFrame | None:
     return tables.read(tables.FRAMES, Path(folder) / "frames.parquet") if folder else None
 
 
-def _files(labels: str | Path, **shards: Sequence[str | Path]) -> dict[str, str]:
+def _files(**places: str | Path | Sequence[str | Path]) -> dict[str, str]:
     """Where the tables lie, as the workflow names them; several shards as a pattern."""
     shown = {}
-    for name, paths in shards.items():
+    for name, paths in places.items():
+        if isinstance(paths, str | Path):
+            shown[name] = str(paths)
+            continue
         folders = sorted({str(Path(path).parent.parent / "*") for path in paths})
         shown[name] = ", ".join(str(Path(folder) / Path(paths[0]).name) for folder in folders)
-    return {"names": str(Path(labels).with_name("labels.yaml")), "labels": str(labels), **shown}
+    return shown

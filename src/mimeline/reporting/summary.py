@@ -10,6 +10,7 @@ from mimeline.reporting.album import Album
 from mimeline.reporting.channels import Channels
 from mimeline.reporting.clusters import Region
 from mimeline.reporting.funnel import Funnel
+from mimeline.reporting.pairs import Pairs
 from mimeline.reporting.scores import Scores
 from mimeline.reporting.timelines import Timelines
 from mimeline.reporting.training import Model
@@ -86,6 +87,7 @@ def missing(
     scored: Scores,
     models: Sequence[Model],
     album: Album,
+    alike: Pairs,
 ) -> list[tuple[str, str]]:
     """(anchor, sentence) of everything that this run could not tell, nor show."""
     told: list[tuple[str, str]] = []
@@ -102,6 +104,8 @@ def missing(
         for note in way.notes
         if "not applied" in note.text or note.text.startswith("parts are")
     ]
+    if alike.reason.startswith("split.near_duplicates"):
+        told.append(("funnel", f"near-duplicates were not looked for: {alike.reason}"))
     if scored.reason:
         told.append(("scores", f"no annotation scores: {scored.reason}"))
     for model in models:

@@ -8,12 +8,26 @@ import pandas as pd
 RULES: dict[str, str] = {
     "unreadable": "could not be read",
     "unsafe_id": "unsafe id",
+    "unsafe_path": "its video lies outside the data folder",
+    "repeated_id": "the id stands in the catalogue before",
+    "case_collision": "the id differs from another in capitals alone",
+    "bad_times": "start and end are no times",
+    "box_outside": "the box shows nothing of the picture",
+    "no_annotations": "the catalogue does not say what it shows",
+    "attributes_in_part": "attributes that hold for a part of the clip are left out",
+    "outside_clip": "some of what is told lies outside the clip’s time",
+    "half_picture": "half of the picture stands for the face",
     "excluded": "left out by hand",
     "too_short": "too short",
     "too_long": "too long",
     "too_small": "the face crop is too small",
     "excluded_action": "the catalogue lists an unwanted action",
+    "condition": "a condition of yours does not hold",
+    "duplicate": "the same part of the same source as another clip",
     "no_video": "no video was found",
+    "gone": "its source is gone from the web",
+    "unreachable": "its source could not be reached now",
+    "not_downloaded": "its source was not downloaded",
     "resampled": "the video has another frame rate than its film",
     "too_few_frames": "the video has too few frames",
     "too_large": "the video’s picture is too large",
@@ -41,6 +55,7 @@ RULES: dict[str, str] = {
     "turned": "the head turns too far",
     "split_gap": "lies in the gap between two parts",
     "split_by_time": "parts are blocks of time",
+    "near_duplicate": "shows the same as a clip of another source",
 }
 NOT_APPLIED = "not applied: "
 APPLIED_IN_PART = "applied to the "
@@ -111,11 +126,11 @@ def number(value: float | None) -> str:
 
 
 def measure(value: float | None, unit: str | None) -> str:
-    """A ledger's value with its unit: 24 %, 3.4 s, 41°."""
+    """A ledger's value with its unit: 24 % of frames, 3.4 s, 41°."""
     if value is None or pd.isna(value):
         return ""
-    if unit == "share of frames":
-        return f"{percent(value)} of frames"
+    if isinstance(unit, str) and (unit == "share" or unit.startswith(("share of ", "of "))):
+        return f"{percent(value)} {unit.removeprefix('share').lstrip()}".rstrip()
     if unit == "deg":
         return f"{value:.1f}°".replace(".0°", "°")
     text = f"{value:,.2f}".rstrip("0").rstrip(".")

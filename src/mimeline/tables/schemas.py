@@ -101,7 +101,7 @@ SOURCE_TIMES = declare(
     {
         "clip_id": _TEXT,
         "frame": _COUNT,
-        "source_frame": _COUNT,
+        "source_frame": (pa.int64(), True, _at_least(0)),
         "source_s": (pa.float64(), False, None),
     },
     order=["clip_id", "frame"],

@@ -14,7 +14,7 @@ fire.
 """
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from fractions import Fraction
 from pathlib import Path
 
@@ -26,14 +26,15 @@ from mimeline.face.rotations import angles_of, turned
 from mimeline.tables import COEFFICIENTS
 from mimeline.tracking.convention import Convention
 from mimeline.tracking.formats import action_units
+from mimeline.tracking.formats.clip_tables import read_clips
 from mimeline.tracking.formats.columns import angles, header_of, numbers, read_columns
+from mimeline.tracking.formats.missing import blanked
 from mimeline.tracking.take import MOST_FRAMES, Origin, Take, assemble
 from mimeline.vocabulary import GAZE, HEAD
 
 log = logging.getLogger(__name__)
 
 NEEDED = ("frame", "confidence", "success")
-MISSING = ("nan", "-nan", "nan(ind)", "-nan(ind)", "-1.#IND", "1.#QNAN")  # as C writes it
 POSE = ("pose_Rx", "pose_Ry", "pose_Rz")
 EYES = tuple(tuple(f"gaze_{eye}_{axis}" for axis in "xyz") for eye in (0, 1))
 GAZE_ANGLES = ("gaze_angle_x", "gaze_angle_y")
@@ -79,17 +80,7 @@ def read(path: Path, bad_values: str, fps: str) -> Take:
     Frames count from 1, or from 0 in a table that has a frame 0. Raises BadFile or MissingColumn.
     """
     table = read_columns(path, needed=NEEDED)
-    told, bad = numbers(table, ["frame", "success"], path, bad_values)
-    table, told = table[~bad], told[~bad]  # a row that tells no frame is of no use: a gap
-    if table.empty:
-        raise BadFile(
-            path, found="no row", expected="at least a frame", remedy="Run OpenFace again."
-        )
-    first_frame, frame = _frames(told["frame"], path)
-    sure, _ = _numbers(table, ["confidence"], path, "mask")
-    table = table.assign(frame=frame, success=told["success"], confidence=sure["confidence"])
-    table = _one_face(table, path)
-    success = table["success"].to_numpy(float) > 0
+    first_frame, table, success = _rows(table, path, bad_values)
 
     used = [c for c in (*POSE, *EYES[0], *EYES[1], *GAZE_ANGLES, *UNITS) if c in table]
     seen, bad = _numbers(table[success], used, path, bad_values)
@@ -125,6 +116,51 @@ def read(path: Path, bad_values: str, fps: str) -> Take:
         first_frame=first_frame,
         numbered=True,
     )
+
+
+def read_head(path: Path) -> pd.DataFrame:
+    """The head alone: frame, counted from 0, and its angles (radians, NaN where none was found).
+
+    What is no number counts as none. Raises BadFile or MissingColumn.
+    """
+    return _head_of(read_columns(path, needed=(*NEEDED, *POSE)), path)
+
+
+def read_heads(path: Path, clips: Collection[str] | None = None) -> pd.DataFrame:
+    """As `read_head`, of a table of many clips, told apart by its column clip_id.
+
+    clips: whose rows to read; None: all.
+    """
+    table = read_clips(path, (*NEEDED, *POSE), ("face_id",), clips)
+    heads = [
+        _head_of(rows, path).assign(clip_id=clip_id)
+        for clip_id, rows in table.groupby("clip_id", sort=False)
+    ]
+    return pd.concat(heads) if heads else pd.DataFrame(columns=["clip_id", "frame", *HEAD])
+
+
+def _head_of(table: pd.DataFrame, path: Path) -> pd.DataFrame:
+    _, table, success = _rows(table, path, "mask")
+    seen, _ = _numbers(table[success], POSE, path, "mask")
+    yaw, pitch, tilt = angles_of(_turns(seen, path))
+    found = pd.DataFrame(dict(zip(HEAD, (yaw, pitch, tilt), strict=True)), index=seen.index)
+    return found.reindex(table.index).assign(frame=table["frame"]).reset_index(drop=True)
+
+
+def _rows(table: pd.DataFrame, path: Path, bad_values: str) -> tuple[int, pd.DataFrame, np.ndarray]:
+    """The first frame's number, a row per frame counted from 0, and where the face was found."""
+    told, bad = numbers(table, ["frame", "success"], path, bad_values)
+    table, told = table[~bad], told[~bad]  # a row that tells no frame is of no use: a gap
+    if table.empty:
+        raise BadFile(
+            path, found="no row", expected="at least a frame", remedy="Run OpenFace again."
+        )
+    first_frame, frame = _frames(told["frame"], path)
+    sure, _ = _numbers(table, ["confidence"], path, "mask")
+    table = table.assign(frame=frame, success=told["success"], confidence=sure["confidence"])
+    table = _one_face(table, path)
+    success = table["success"].to_numpy(float) > 0
+    return first_frame, table, success
 
 
 def _frames(number: pd.Series, path: Path) -> tuple[int, np.ndarray]:
@@ -179,14 +215,7 @@ def _numbers(
 
     A cell is never empty, but in a column that is so throughout.
     """
-    cells = table[list(columns)]
-    missing = np.zeros(cells.shape, bool)
-    words = [name for name in columns if cells[name].dtype.kind not in "fiub"]
-    if words:
-        stripped = cells[words].apply(lambda column: column.str.strip())
-        told = stripped.isin(MISSING)
-        missing = told.reindex(columns=cells.columns, fill_value=False).to_numpy(bool)
-        cells = cells.assign(**stripped.where(~told, ""))
+    cells, missing = blanked(table[list(columns)])
     return numbers(cells, list(columns), path, bad_values, blank_ok=missing)
 
 

@@ -1,0 +1,121 @@
+"""A file on a web server, read block by block where it is asked for."""
+
+import email.utils
+import io
+import time
+import urllib.error
+import urllib.request
+from collections import OrderedDict
+from http.client import HTTPException, HTTPMessage
+
+BLOCK = 1 << 16  # bytes
+MOST = 16  # blocks asked for at once: each time that reading goes on it is twice as many
+KEPT = 64  # blocks: pictures and sound lie apart in some files, and are read in turn
+
+
+class NoRanges(Exception):
+    """The server gives whole files only."""
+
+
+class Passing(Exception):
+    """The connection failed; it may hold another time."""
+
+
+class Answered(Exception):
+    """The server says no."""
+
+    def __init__(self, status: int, reason: str, retry_after_s: float | None):
+        super().__init__(f"{status} {reason}")
+        self.status, self.retry_after_s = status, retry_after_s
+
+
+class RemoteFile(io.RawIOBase):
+    """A file at an address of http or https; what is read of it is fetched, and no more.
+
+    stall_s: how long the server may be silent, seconds.
+    Raises Answered, NoRanges or Passing, when opened and on each read.
+    """
+
+    def __init__(self, address: str, headers: dict[str, str], stall_s: float):
+        self._address, self._headers, self._stall_s = address, headers, stall_s
+        self._opener = urllib.request.OpenerDirector()  # the usual one opens local files too
+        for handler in (
+            *(urllib.request.ProxyHandler, urllib.request.HTTPHandler),
+            *(urllib.request.HTTPSHandler, urllib.request.HTTPRedirectHandler),
+            *(urllib.request.HTTPErrorProcessor, urllib.request.HTTPDefaultErrorHandler),
+            urllib.request.UnknownHandler,
+        ):
+            self._opener.add_handler(handler())
+        self._blocks: OrderedDict[int, bytes] = OrderedDict()
+        self._position, self.size = 0, None
+        self._next, self._ahead = 0, 1  # the block after the last one fetched; how many to fetch
+        self.head = self._block(0)[:512]
+
+    def readable(self) -> bool:
+        return True
+
+    def seekable(self) -> bool:
+        return True
+
+    def tell(self) -> int:
+        return self._position
+
+    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        since = {io.SEEK_SET: 0, io.SEEK_CUR: self._position, io.SEEK_END: self.size}[whence]
+        self._position = max(0, since + offset)
+        return self._position
+
+    def readinto(self, buffer) -> int:
+        if self._position >= self.size:
+            return 0
+        number, offset = divmod(self._position, BLOCK)
+        found = self._block(number)[offset : offset + len(buffer)]
+        buffer[: len(found)] = found
+        self._position += len(found)
+        return len(found)
+
+    def _block(self, number: int) -> bytes:
+        if number not in self._blocks:
+            self._ahead = min(2 * self._ahead, MOST) if number == self._next else 1
+            self._next = number + self._ahead
+            body = self._fetched(number * BLOCK, self._next * BLOCK)
+            for place in range(self._ahead):
+                self._blocks[number + place] = body[place * BLOCK : (place + 1) * BLOCK]
+            while len(self._blocks) > KEPT:
+                self._blocks.popitem(last=False)
+        self._blocks.move_to_end(number)
+        return self._blocks[number]
+
+    def _fetched(self, since: int, until: int) -> bytes:
+        headers = self._headers | {"Range": f"bytes={since}-{until - 1}"}
+        headers["Accept-Encoding"] = "identity"
+        request = urllib.request.Request(self._address, headers=headers)
+        try:
+            with self._opener.open(request, timeout=self._stall_s) as reply:
+                size = reply.headers.get("Content-Range", "").rpartition("/")[2]
+                if reply.status != 206 or not size.isdigit():
+                    raise NoRanges
+                body = reply.read(until - since)
+        except urllib.error.HTTPError as error:
+            if error.code == 416:
+                raise NoRanges from error
+            raise Answered(error.code, error.reason, retry_after_s(error.headers)) from error
+        except (HTTPException, OSError) as error:
+            raise Passing(str(error)) from error
+        if self.size not in (None, int(size)):
+            raise Passing(f"a file of {self.size} bytes has become one of {size}")
+        self.size = int(size)
+        if len(body) < min(until, self.size) - since:
+            raise Passing("the server broke off")
+        return body
+
+
+def retry_after_s(headers: HTTPMessage) -> float | None:
+    """Seconds that a server asks to wait; None where it does not (RFC 9110, 10.2.3)."""
+    said = headers.get("Retry-After", "").strip()
+    if said.isdigit():
+        return float(said)
+    try:
+        return max(0.0, email.utils.parsedate_to_datetime(said).timestamp() - time.time())
+    except ValueError:
+        return None

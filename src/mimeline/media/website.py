@@ -1,0 +1,194 @@
+"""The child that asks a site for a video through yt-dlp; says a line of JSON."""
+
+import contextlib
+import errno
+import json
+import sys
+from collections.abc import Iterator
+
+import yt_dlp
+from yt_dlp.networking.exceptions import HTTPError, TransportError
+from yt_dlp.utils import (
+    ContentTooShortError,
+    DownloadError,
+    ExtractorError,
+    GeoRestrictedError,
+    UnsupportedError,
+)
+
+from mimeline.media.ranges import retry_after_s
+
+# What sites say: the first list is of the moment, the second for good. Else: perhaps later.
+PASSING = ("try again", "not a bot", "rate-limit", "rate limit", "too many requests", "temporar")
+LASTING = (
+    *("unavailable", "not available", "private", "removed", "deleted", "terminated", "copyright"),
+    *("does not exist", "no longer", "members-only", "confirm your age", "age-restricted"),
+    *("sign in", "log in", "drm protect", "not found", "blocked"),
+)
+
+BUFFER = 1 << 16  # bytes: what of them has come when a connection breaks is lost
+
+
+class TooLarge(Exception):
+    pass
+
+
+class Said(Exception):
+    """A fault that we find ourselves."""
+
+    def __init__(self, fault: str, said: str):
+        self.fault = fault
+        super().__init__(said)
+
+
+class Quiet:
+    """What yt-dlp says on the way; its errors come as exceptions."""
+
+    def debug(self, text: str) -> None: ...
+
+    def warning(self, text: str) -> None: ...
+
+    def error(self, text: str) -> None: ...
+
+
+def main() -> None:
+    task = json.loads(sys.argv[1])
+    with contextlib.redirect_stdout(sys.stderr):
+        try:
+            facts = asked(**task)
+        except Exception as error:
+            facts = fault_of(error)
+    print(json.dumps(facts))
+
+
+def asked(
+    address: str,
+    ending: str | None,
+    target: str | None,
+    max_height: int,
+    max_pixels: int,
+    max_source_s: float,
+    max_bytes: int,
+    stall_s: float,
+    ffmpeg: str,
+) -> dict:
+    """Where pictures and sound of a video lie; or, with a target, the path of its download.
+
+    ending: of the address of a file, which needs no looking for; None for a page.
+    target: path without ending. A download that was broken off is taken up.
+    A video beyond the limits is not downloaded: then there is neither.
+    """
+
+    def watched(progress: dict) -> None:
+        if progress.get("downloaded_bytes", 0) > max_bytes:
+            raise TooLarge
+
+    low = f"[height<=?{max_height}]"
+    options = {
+        "format": f"bv*{low}+ba/b{low}/bv*+ba/b",
+        "format_sort": [f"res:{max_height}", "fps", "proto"],
+        "outtmpl": {"default": f"{target or 'nothing'}".replace("%", "%%") + ".%(ext)s"},
+        "noplaylist": True,
+        "playlist_items": "1",
+        "cachedir": False,
+        "continuedl": True,
+        **{"buffersize": BUFFER, "noresizebuffer": True},
+        "updatetime": False,
+        "socket_timeout": stall_s,
+        **dict.fromkeys(("retries", "fragment_retries", "extractor_retries"), 0),
+        "file_access_retries": 0,
+        "skip_unavailable_fragments": False,
+        "hls_prefer_native": True,
+        "external_downloader": {"default": "native"},
+        "ffmpeg_location": ffmpeg,
+        "logger": Quiet(),
+        "noprogress": True,
+        "progress_hooks": [watched],
+    }
+    with yt_dlp.YoutubeDL(options) as site:
+        if ending is None:
+            info = site.extract_info(address, download=False)
+        else:
+            file = {"id": "video", "title": "video", "url": address, "ext": ending}
+            file |= {"extractor": "generic", "extractor_key": "Generic"}
+            info = site.process_ie_result(file, download=False)
+        if info.get("_type", "video") != "video":
+            raise Said("gone", "an address of several videos")
+        if info.get("is_live"):
+            raise Said("passing", "a broadcast that goes on")
+        parts = info.get("requested_formats") or [info]
+        facts = {
+            "width": max(part.get("width") or 0 for part in parts),
+            "height": max(part.get("height") or 0 for part in parts),
+            "length_s": info.get("duration") or 0,
+            "bytes": sum(part.get("filesize") or 0 for part in parts),
+        }
+        many = facts["width"] * facts["height"] > max_pixels
+        if many or facts["length_s"] > max_source_s or facts["bytes"] > max_bytes:
+            return facts
+        if target is None:
+            if any(part.get("protocol") not in ("http", "https") for part in parts):
+                raise Said("declined", "a video that comes in fragments")
+            return facts | {"parts": [[p["url"], p.get("http_headers") or {}] for p in parts]}
+        try:
+            done = site.process_ie_result(site.sanitize_info(info, True), download=True)
+        except DownloadError as error:
+            # A site's own address of a file serves for a while: a new one may be better.
+            status = next((e.status for e in causes(error) if isinstance(e, HTTPError)), None)
+            if ending is None and status is not None and status < 500 and status != 429:
+                raise Said("passing", in_short(error)) from error
+            raise
+        return facts | {"path": done["requested_downloads"][0]["filepath"]}
+
+
+def fault_of(error: Exception) -> dict:
+    """What is wrong, in the words of `remote.fault`."""
+    chain = list(causes(error))
+    said = in_short(error)
+    numbers = {e.errno for e in chain if isinstance(e, OSError)}
+    if numbers & {errno.ENOSPC, errno.EDQUOT}:
+        return {"fault": "full", "said": said}
+    if errno.EFBIG in numbers or any(isinstance(e, TooLarge) for e in chain):
+        return {"fault": "large", "said": said}
+    for e in chain:
+        if isinstance(e, Said):
+            return {"fault": e.fault, "said": said}
+        if isinstance(e, HTTPError):
+            wait_s = retry_after_s(e.response.headers)
+            return {"fault": "answered", "status": e.status, "said": said, "retry_after_s": wait_s}
+    if any(isinstance(e, UnsupportedError | GeoRestrictedError) for e in chain):
+        return {"fault": "gone", "said": said}
+    low = said.lower()
+    if any(words in low for words in PASSING):
+        return {"fault": "passing", "said": said}
+    if any(isinstance(e, TransportError | ContentTooShortError | OSError) for e in chain):
+        return {"fault": "passing", "said": said}
+    if any(isinstance(e, ExtractorError) and e.expected for e in chain):
+        lasting = any(words in low for words in LASTING)
+        return {"fault": "gone" if lasting else "passing", "said": said}
+    alone = all(isinstance(e, DownloadError) for e in chain)
+    return {"fault": "passing" if alone else "stumped", "said": said}
+
+
+def causes(error: BaseException | None) -> Iterator[BaseException]:
+    """The error and all that led to it."""
+    seen = set()
+    todo = [error]
+    while todo:
+        error = todo.pop(0)
+        if error is None or id(error) in seen:
+            continue
+        seen.add(id(error))
+        yield error
+        inner = getattr(error, "exc_info", None) or (None, None)
+        todo += [inner[1], getattr(error, "cause", None), error.__cause__, error.__context__]
+
+
+def in_short(error: Exception) -> str:
+    """yt-dlp's sentence without its advice to developers."""
+    text = " ".join(str(error).removeprefix("ERROR: ").split())
+    return text.partition("; please report this issue")[0][:300] or type(error).__name__
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,149 @@
+import json
+import shutil
+import sys
+
+import pytest
+import yaml
+
+from mimeline import cli, tables
+from mimeline.errors import BadFile, NoSuchFile
+from mimeline.inspection import remedies
+from mimeline.inspection.why import as_json, as_text, why
+
+from .conftest import OPTIONS
+
+
+def told(results, *asked) -> str:
+    return " ".join(as_text(why(results, asked)).split())
+
+
+def test_a_dropped_clip_tells_rule_value_limit_and_what_to_do(run_results):
+    text = told(run_results, "-long")
+    assert "-long: dropped by select: too long" in text
+    assert "too long: 12.7 s, limit 10 s" in text
+    assert "Set select.max_s to 12.7 in config/config.yaml" in text
+    assert "mimeline funnel --set select.max_s=12.7" in text
+    assert "fetch, ingest, pose, split: none of them saw it" in text
+
+
+def test_a_turned_head_tells_its_frames_and_where_its_motion_lies(run_results):
+    text = told(run_results, "looks_away")
+    assert "the head turns too far: 41.2°, limit 35°, frames 60–89" in text
+    assert str(run_results / "ingest" / "00" / "motion.parquet") in text
+    assert "Set pose.max_yaw_deg to 41.3" in text
+
+
+def test_a_kept_clip_tells_what_was_not_applied_and_what_has_not_run(run_results):
+    text = told(run_results, "good_1")
+    assert "good_1: kept so far, by pose" in text
+    assert "was not applied: the catalogue does not give the size of the crop" in text
+    assert "split: not run yet" in text and "what to do" not in text
+
+
+def test_a_failed_clip_that_can_be_tried_again_says_how(run_results):
+    text = told(run_results, "lost")
+    assert "failed by fetch" in text and "a removed video" in text
+    assert "snakemake --cores 2 --forcerun fetch" in text
+
+
+def test_the_catalogue_s_words_on_a_clip_are_shown(run_results):
+    text = told(run_results, "turning")
+    assert "source t, 0–6 s (6 s)" in text and "actions turn 1–2 s ± 1" in text
+    assert "crop 600 x 700 pixels" in told(run_results, "good_0")
+    assert "emotion happy" in told(run_results, "good_0")
+
+
+def test_an_id_brings_the_records_that_repeat_it(run_results):
+    assert [s.clip_id for s in why(run_results, ["good_0"]).stories] == ["good_0", "good_0#2"]
+    (story,) = why(run_results, ["good_0#2"]).stories
+    assert story.outcome.startswith("failed by catalogue") and not story.facts
+
+
+def test_a_source_and_a_pattern_list_their_clips_with_a_line_each(run_results):
+    assert [s.clip_id for s in why(run_results, ["good"]).stories] == [
+        "good_0",
+        "good_1",
+        "good_1b",
+    ]
+    text = as_text(why(run_results, ["*"]))
+    assert text.startswith("10 clips, 2 kept\n") and len(text.splitlines()) == 11
+    assert [s.clip_id for s in why(run_results, ["s*", "short"]).stories] == ["short", "small"]
+
+
+def test_an_id_that_nobody_has_ends_with_those_near_it(run_results):
+    with pytest.raises(BadFile, match="Near it: looks_away"):
+        why(run_results, ["loks_away"])
+    with pytest.raises(BadFile, match="Near it: good_0, good_0#2, good_1, good_1b, good"):
+        why(run_results, ["GOOD"])
+    with pytest.raises(BadFile, match="mimeline funnel lists"):
+        why(run_results, ["zzzzqqqq"])
+    with pytest.raises(BadFile, match="'x\\*'"):
+        why(run_results, ["good_0", "x*"])
+
+
+def test_where_no_run_has_been_it_says_so(tmp_path):
+    with pytest.raises(NoSuchFile, match="no such folder"):
+        why(tmp_path / "results", ["a"])
+    with pytest.raises(NoSuchFile, match="no ledger"):
+        why(tmp_path, ["a"])
+
+
+def test_a_stage_that_stopped_half_way_does_not_hide_the_others(run_results, tmp_path):
+    shutil.copytree(run_results, tmp_path / "results")
+    shutil.rmtree(tmp_path / "results" / "pose")
+    assert "good_0: kept so far, by ingest" in told(tmp_path / "results", "good_0")
+
+
+def test_lines_fit_and_colour_changes_no_word(run_results):
+    for asked in (["*"], ["looks_away"], ["turning", "-long"]):
+        found = why(run_results, asked)
+        plain = as_text(found)
+        lines = [line for line in plain.splitlines() if not line.startswith("  motion  ")]
+        assert "\x1b" not in plain and max(map(len, lines)) <= 100
+        bare = as_text(found, colour=True)
+        assert "\x1b[31m" in bare
+        for code in ("0", "1", "2", "31", "32", "33"):
+            bare = bare.replace(f"\x1b[{code}m", "")
+        assert bare == plain
+
+
+def test_a_program_gets_plain_values(run_results):
+    (story,) = json.loads(as_json(why(run_results, ["looks_away"])))
+    last = story["decisions"][-1]
+    assert (last["stage"], last["rule"], last["first_frame"]) == ("pose", "turned", 60)
+    assert last["value"] == pytest.approx(41.2) and last["limit"] == 35.0
+
+
+def test_the_limit_that_is_offered_keeps_the_clip(run_results):
+    rows = tables.read(tables.LEDGER, run_results / "select" / "00" / "ledger.parquet")
+    for row in rows[rows["rule"].isin(["too_short", "too_long", "too_small"])].itertuples():
+        if row.status == "dropped":
+            offered = float(
+                remedies.remedy("select", row.rule, row.value).split(" to ")[1].split(" ")[0]
+            )
+            assert offered >= row.value if row.rule == "too_long" else offered <= row.value
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "told"),
+    [
+        (["why", "short"], 0, "short: dropped by select"),
+        (["why", "--", "-long", "short"], 0, "-long: dropped by select"),
+        (["why", "nobody_of_that_name"], 1, ""),
+        (["why", "--json", "good"], 0, '"clip_id": "good_0"'),
+        (["funnel"], 0, "10 clips in, 2 left after pose"),
+        (["funnel", "--set", "select.min_s=3", "--config"], 0, "1 clip: short"),
+    ],
+)
+def test_the_commands_say_it(run_results, tmp_path, monkeypatch, capsys, arguments, code, told):
+    if arguments[-1] == "--config":
+        (tmp_path / "own.yaml").write_text(yaml.safe_dump({"select": OPTIONS}))
+        arguments = [*arguments, str(tmp_path / "own.yaml")]
+    monkeypatch.chdir(tmp_path)
+    command, *rest = arguments
+    monkeypatch.setattr(sys, "argv", ["mimeline", command, "--results", str(run_results), *rest])
+    with pytest.raises(SystemExit) as left:
+        cli.main()
+    said = capsys.readouterr().out
+    assert told in said and "\x1b" not in said
+    assert left.value.code == code or (code == 1 and "found no clip" in left.value.code)
