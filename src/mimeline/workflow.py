@@ -32,6 +32,8 @@ def settle_config(config: dict[str, Any]) -> dict[str, Any]:
         settled = validate(config)
     except* BadConfig as group:
         sys.exit("\n".join(f"mimeline: {problem}" for problem in group.exceptions))
+    if settled["select"]["conditions"]:
+        _check_conditions(settled["select"]["conditions"])
     takes = chosen(settled["ingest"])
     named = (
         ("data_dir", settled["data_dir"], "folder", Path.is_dir),
@@ -55,6 +57,16 @@ def settle_config(config: dict[str, Any]) -> dict[str, Any]:
     if absent:
         sys.exit("\n".join(f"mimeline: {problem}" for problem in absent))
     return settled
+
+
+def _check_conditions(texts: Sequence[str]) -> None:
+    from mimeline.clips.conditions import condition  # pandas with it, which few runs need here
+
+    try:
+        for text in texts:
+            condition(text)
+    except MimelineError as error:
+        sys.exit(f"mimeline: {error}")
 
 
 def chosen(section: dict[str, Any]) -> dict[str, Any]:

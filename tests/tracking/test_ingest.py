@@ -16,8 +16,8 @@ OPTIONS = {"folder": ".", "fps": "30", "timecode_base": 60, "angle_unit": "radia
 
 def clips_table(rows: list[dict]) -> pd.DataFrame:
     table = pd.DataFrame(rows, columns=tables.CLIPS.schema.names)
-    table["actions"] = [[]] * len(table)
-    table["texts"] = [[]] * len(table)
+    for name in ("actions", "emotions", "attributes", "texts"):
+        table[name] = [[]] * len(table)
     return table.assign(shard=0)
 
 

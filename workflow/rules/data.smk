@@ -103,7 +103,8 @@ rule fetch:
         media=lambda wildcards, output: str(Path(output.clips).with_name("media")),
         sources=lambda wildcards, output: str(Path(output.clips).with_name("sources")),
         listing=LISTING,
-        recipe=code_digest("mimeline.media.cut", "mimeline.media.fingerprint"),  # what was cut by the same code is taken up
+        # what was cut by the same code is taken up
+        recipe=code_digest("mimeline.media.cut", "mimeline.media.fingerprint"),
         code=code_digest("mimeline.clips.fetch"),
     message:
         "Cutting the videos of shard {wildcards.shard}"

@@ -224,7 +224,8 @@ def test_a_face_that_is_no_flame_is_refused(tmp_path):
 def ledger_of(folder, face: str | None) -> pd.DataFrame:
     """The ledger of a run over the one clip, at the limits of the default configuration."""
     row = {"clip_id": "clip", "source_id": "a", "start_s": 0, "end_s": FRAMES / 25, "shard": 0}
-    clips = pd.DataFrame([row | {"actions": [], "texts": []}], columns=tables.CLIPS.schema.names)
+    empty = {name: [] for name in ("actions", "emotions", "attributes", "texts")}
+    clips = pd.DataFrame([row | empty], columns=tables.CLIPS.schema.names)
     data = folder.parent
     tables.write(tables.CLIPS, clips, data / "clips.parquet")
     out = {n: data / f"{n}.parquet" for n in ("motion", "origins", "kept", "ledger")}

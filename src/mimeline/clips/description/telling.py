@@ -2,7 +2,7 @@
 
 from bisect import bisect_left
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 
 from mimeline.clips.description.stretches import SAME_S, Run, Stretch, stretches
 
@@ -21,8 +21,9 @@ def told(
     """The stretches of a clip, at most max_stretches, told in about max_words at most.
 
     Where there would be more, the shortest runs no longer split time and are told in passing, in
-    the stretch that holds their middle: as few of them as will do. What is then too long to tell in
-    passing is left out, what is told elsewhere in the clip first, then the shortest.
+    the stretch that holds their middle: as few of them as leave room to tell something of every
+    stretch. Then as much in passing is told as there are words for: what the text does not have yet
+    first, then the longest.
 
     all_runs: as `stretches.runs` gives them. n_words: of what is said of an action.
     """
@@ -35,14 +36,50 @@ def told(
         return stretches(lasting, passing, duration_s, min_s, rank)
 
     def fits(n_passing: int) -> bool:
-        parts = cut(n_passing)
-        lasting = [part._replace(passing=()) for part in parts]
-        return len(parts) <= max_stretches and _length(lasting, n_words) <= max_words
+        parts = [_barest(part) for part in cut(n_passing)]
+        return len(parts) <= max_stretches and _length(parts, n_words) <= max_words
 
     fewest = n_short
     if not fits(n_short):
         fewest = bisect_left(range(len(all_runs)), True, lo=n_short + 1, key=fits)
-    return [_around_passing(part, min_s) for part in _shortened(cut(fewest), max_words, n_words)]
+    return [_around_passing(part, min_s) for part in _filled(cut(fewest), max_words, n_words)]
+
+
+def _barest(part: Stretch) -> Stretch:
+    """What lasts alone; where nothing does, what passes for longest."""
+    seconds = {} if part.throughout else _seconds_in_passing(part)
+    return _with_passing(part, {max(seconds, key=seconds.__getitem__)} if seconds else ())
+
+
+def _filled(parts: list[Stretch], max_words: int, n_words: Callable[[str], int]) -> list[Stretch]:
+    barest = [_barest(part) for part in parts]
+    told = [set(_names(part)) for part in barest]
+    anywhere = set().union(*told)
+    room = max_words - _length(barest, n_words)
+    longest_first = sorted(
+        (-seconds, number, name)
+        for number, part in enumerate(parts)
+        for name, seconds in _seconds_in_passing(part).items()
+    )
+    for again in (False, True):
+        for _, number, name in longest_first:
+            due = name not in told[number] and (name in anywhere) == again
+            if due and n_words(name) < room:
+                told[number].add(name)
+                anywhere.add(name)
+                room -= n_words(name) + 1
+    return [_with_passing(part, names) for part, names in zip(parts, told, strict=True)]
+
+
+def _seconds_in_passing(part: Stretch) -> Counter[str]:
+    seconds: Counter[str] = Counter()
+    for run in part.passing:
+        seconds[run.name] += run.seconds
+    return seconds
+
+
+def _with_passing(part: Stretch, names: Container[str]) -> Stretch:
+    return part._replace(passing=tuple(run for run in part.passing if run.name in names))
 
 
 def _length(parts: Sequence[Stretch], n_words: Callable[[str], int]) -> int:
@@ -52,36 +89,6 @@ def _length(parts: Sequence[Stretch], n_words: Callable[[str], int]) -> int:
 
 def _names(part: Stretch) -> list[str]:
     return [*part.throughout, *dict.fromkeys(run.name for run in part.passing)]
-
-
-def _shortened(
-    parts: list[Stretch], max_words: int, n_words: Callable[[str], int]
-) -> list[Stretch]:
-    too_long = _length(parts, n_words) - max_words
-    if too_long <= 0:
-        return parts
-    times_told = Counter(name for part in parts for name in _names(part))
-    seconds: dict[tuple[int, str], float] = {}
-    for number, part in enumerate(parts):
-        for run in part.passing:
-            seconds[number, run.name] = seconds.get((number, run.name), 0.0) + run.seconds
-    left_out: set[tuple[int, str]] = set()
-    most_left_out = min(len(seconds), times_told.total() - 1)  # something is told
-    while too_long > 0 and len(left_out) < most_left_out:
-        _, _, number, name = min(
-            (times_told[name] == 1, seconds[number, name], number, name)
-            for number, name in seconds.keys() - left_out
-        )
-        left_out.add((number, name))
-        times_told[name] -= 1
-        too_long -= n_words(name) + 1
-    kept = [
-        part._replace(
-            passing=tuple(run for run in part.passing if (number, run.name) not in left_out)
-        )
-        for number, part in enumerate(parts)
-    ]
-    return [part for part in kept if part.throughout or part.passing]
 
 
 def _around_passing(part: Stretch, min_s: float) -> Stretch:
