@@ -3,6 +3,7 @@ from pathlib import Path
 
 from snakemake.utils import min_version
 
+from mimeline.run import remember
 from mimeline.vocabulary import SERIES_REGIONS, resource
 from mimeline.workflow import (
     chosen,
@@ -54,6 +55,15 @@ rule all:
 
 
 STARTED = time.time()
+
+
+onstart:
+    remember(
+        Path(workflow.pathvars.apply("<results>")),
+        config,
+        files=workflow.config_settings.configfiles,
+        given=workflow.config_settings.config_args or [],
+    )
 
 
 onsuccess:

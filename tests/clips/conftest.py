@@ -75,7 +75,7 @@ class Web:
             since, until = int(first), min(int(last or len(body)), len(body) - 1) + 1
             status, body = (206, body[since:until]) if since < until else (416, b"")
         request.send_response(status)
-        if status == 206:
+        if status == 206 and "Content-Range" not in page.headers:
             request.send_header("Content-Range", f"bytes {since}-{until - 1}/{len(page.body)}")
         for name, value in page.headers.items():
             request.send_header(name, value)

@@ -162,3 +162,10 @@ def test_the_page_has_every_column_and_its_conditions_are_some():
     (block,) = re.findall(r"```yaml\n(.*?)```", section, re.DOTALL)
     for text in yaml.safe_load(block)["select"]["conditions"]:
         assert condition(text).columns
+
+
+@pytest.mark.parametrize("text", ["duration_s < 1" + "0" * 400, "width in (1, 1" + "0" * 400 + ")"])
+def test_a_number_that_no_clip_can_have_is_refused_in_few_words(text):
+    with pytest.raises(BadConfig, match="too large") as refused:
+        condition(text)
+    assert len(str(refused.value)) < 500

@@ -146,13 +146,23 @@ def test_what_is_gone_is_asked_for_once_and_never_again(run, web, status, n_clip
 
 
 @pytest.mark.parametrize("n_clips", [1, 2])
-def test_a_page_in_place_of_a_video_is_gone(run, web, n_clips):
+def test_a_page_in_place_of_a_video_is_asked_for_once_a_run(run, web, film, n_clips):
     web.put("source.mp4", b"<!doctype html><title>Sign in</title>" + b" " * 2000)
     rows = [{"clip_id": f"{n}"} for n in range(n_clips)]
-    for _ in range(2):
+    for n_runs in (1, 2):
         _, _, ledger = run(rows)
-        assert set(ledger["rule"]) == {"gone"} and "HTML" in ledger["detail"].iloc[0]
-        assert len(web.asked) == 1
+        assert set(ledger["rule"]) == {"unreachable"} and "HTML" in ledger["detail"].iloc[0]
+        assert len(web.asked) == n_runs
+    web.put("source.mp4", film)
+    assert run(rows)[0]["media"].notna().all()
+
+
+@pytest.mark.parametrize("status", [403, 302])
+def test_what_is_refused_is_asked_for_once_a_run_and_never_held_for_gone(run, web, film, status):
+    web.put("source.mp4", film, answers=(status, 200))
+    _, _, ledger = run([{"clip_id": "a"}])
+    assert ledger.loc["a", "rule"] == "unreachable" and len(web.asked) == 1
+    assert run([{"clip_id": "a"}])[0]["media"].notna().all()
 
 
 def test_an_error_of_the_server_is_tried_as_often_as_asked_for(run, web):
@@ -207,6 +217,22 @@ def test_a_download_that_never_ends_well_is_unreachable_and_kept_for_later(run, 
     assert set(ledger["rule"]) == {"unreachable"} and list(run.media.iterdir()) == []
     kept, _, _ = run(rows)
     assert kept["media"].notna().all() and web.sent("source.mp4") <= len(film) + 2 * LOST
+
+
+@pytest.mark.parametrize("headers", [{}, {"Content-Range": "bytes 9-99/100"}])
+def test_what_cannot_be_taken_up_is_begun_anew(run, web, film, headers):
+    web.put("source.mp4", film, cut_off_at=len(film) // 2, faults=1)
+    rows = [{"clip_id": "a"}, {"clip_id": "b"}]
+    run(rows, attempts=1)
+    part = run.sources / "source.d" / "video.mp4.part"
+    part.write_bytes(b"0" * (len(film) + 1 if not headers else 1000))  # of another film
+    web.put("source.mp4", film, headers=headers)
+    kept, _, _ = run(rows)
+    assert kept["media"].notna().all()
+    assert [status for status, *_ in web.requests("source.mp4")][1:] == [
+        206 if headers else 416,
+        200,
+    ]
 
 
 def test_a_killed_run_goes_on_where_it_was(run, web, film):
@@ -307,9 +333,11 @@ def test_a_page_is_looked_through_for_its_video(run, web, film):
     assert len(web.requests("watch/one")) == 1 and web.sent("files/one.mp4") < 0.7 * len(film)
     web.put("watch/none", b"<!doctype html><title>nothing here</title>")
     _, _, ledger = run([{"clip_id": "d", "source_id": "none"}], url=url)
-    assert ledger.loc["d", "rule"] == "gone"
-    note = json.loads((run.sources / "none.json").read_text())
-    assert note["address"] == web.address("watch/none") and len(web.requests("watch/none")) == 1
+    assert ledger.loc["d", "rule"] == "not_downloaded" and len(web.requests("watch/none")) == 1
+    _, _, ledger = run([{"clip_id": "e", "source_id": "lost"}], url=url)
+    assert ledger.loc["e", "rule"] == "gone"
+    note = json.loads((run.sources / "lost.json").read_text())
+    assert note["address"] == web.address("watch/lost") and len(web.requests("watch/lost")) == 1
 
 
 def test_a_video_in_fragments_is_taken_whole_and_never_from_files(run, web, film, tmp_path):
@@ -352,14 +380,16 @@ def test_films_have_fingerprints_also_when_they_are_taken_up_again(run, web, fil
         assert set(table["clip_id"]) == {"a"} and 2 <= len(table) <= 5
 
 
-def test_without_yt_dlp_one_error_says_what_to_install(run, web, monkeypatch):
+def test_without_yt_dlp_one_error_says_what_to_install(run, web, film, monkeypatch):
     monkeypatch.setitem(sys.modules, "yt_dlp", None)
     monkeypatch.delitem(sys.modules, "mimeline.media.website", raising=False)
     monkeypatch.delattr("mimeline.media.website", raising=False)
     with pytest.raises(BadConfig, match=r"pip install 'mimeline\[download\]'"):
-        run([{"clip_id": "a"}, {"clip_id": "b"}])
-    kept, _, _ = run([{"clip_id": "a"}], url=None)
-    assert len(kept) == 1
+        run([{"clip_id": "a"}, {"clip_id": "b"}], url=web.address("watch/{source_id}"))
+    web.put("source.mp4", film)
+    for rows in ([{"clip_id": "a"}], [{"clip_id": "b"}, {"clip_id": "c"}]):
+        kept, _, _ = run(rows)  # the address of a file needs none
+        assert kept["media"].notna().all()
 
 
 def test_nothing_is_written_elsewhere(run, web, film, tmp_path, monkeypatch):

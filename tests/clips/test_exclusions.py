@@ -74,8 +74,8 @@ def test_a_reason_in_two_lines_is_told_in_one(listed):
         ("a,mask\n", MissingColumn, "found columns a, mask"),
         ("clip_id,reason\na,mask, and more\n", BadFile, "line 2: found 3 cells"),
         ("clip_id,reason\nb,x\n,mask\n", BadFile, "line 3: found a reason without a clip_id"),
-        ('clip_id,reason\na,"mask\n', BadFile, "unexpected end of data"),
-        (b"clip_id,reason\na,\xff\xfe\n", BadFile, "can't decode byte 0xff"),
+        ('clip_id,reason\na,"mask\n', BadFile, "line 2: found unexpected end.*quotation marks"),
+        (b"clip_id,reason\na,\xff\xfe\n", BadFile, "no UTF-8.*Save it as CSV UTF-8"),
     ],
 )
 def test_a_list_that_is_none_says_what_is_wrong(listed, content, error, told):

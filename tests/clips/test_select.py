@@ -81,26 +81,23 @@ def test_an_unwanted_action_drops_a_clip_however_its_name_is_spelt(run, name):
     for unwanted in ("head_wagging", "head wagging"):
         kept, ledger = run(rows, excluded_actions=[unwanted])
         assert kept == {"b", "c"}
-        assert ledger.loc["a", "detail"] == f"{name} (0–1 s)"
+        assert ledger.loc["a", "detail"] == f"{name} 0–1 s"
 
 
 @pytest.mark.parametrize(
-    ("start_s", "end_s", "uncertainty_s", "drops"),
+    ("start_s", "end_s", "uncertainty_s", "told"),
     [
-        (2.0, 3.0, 0.0, True),
-        (-2.0, -0.5, 1.0, True),  # may end in the clip
-        (-2.0, -0.5, 0.0, False),
-        (6.5, 8.0, 1.0, True),  # may begin in it
-        (6.5, 8.0, 0.4, False),
-        (6.0, 6.0, 1.0, True),
-        (7.0, 8.0, None, True),
-        (None, None, None, True),
+        (2.0, 3.0, 0.0, "turn 2–3 s"),
+        (0.0, 0.0, 1.0, "turn 0–0 s ± 1"),  # up to a second before the clip
+        (6.0, 6.0, 1.0, "turn 6–6 s ± 1"),
+        (0.0, 6.0, None, "turn 0–6 s"),
+        (None, None, None, "turn"),
     ],
 )
-def test_an_action_counts_where_it_may_touch_the_clip(run, start_s, end_s, uncertainty_s, drops):
+def test_an_action_drops_a_clip_be_it_ever_so_short(run, start_s, end_s, uncertainty_s, told):
     act = {"name": "turn", "start_s": start_s, "end_s": end_s, "uncertainty_s": uncertainty_s}
-    kept, _ = run([{"clip_id": "a", "actions": [act]}])
-    assert kept == (set() if drops else {"a"})
+    kept, ledger = run([{"clip_id": "a", "actions": [act]}])
+    assert not kept and ledger.loc["a", "detail"] == told
 
 
 def test_a_clip_has_the_first_rule_that_it_breaks(run, tmp_path):

@@ -108,13 +108,29 @@ def test_a_pattern_may_look_into_folders_whose_names_tell_the_videos_apart(data,
     assert [row["clip_id"] for row in rows] == ["001", "a_001", "b_001", "b_c_001"]
 
 
-def test_a_link_that_leads_out_of_the_data_is_a_bad_record(data, tmp_path):
-    (tmp_path / "videos").mkdir()
-    (tmp_path / "videos" / "a.mp4").symlink_to(data / "videos" / "long.mp4")
-    (tmp_path / "videos" / "loop.mp4").symlink_to(tmp_path / "videos" / "loop.mp4")
-    rows, bad = read(tmp_path, **OPTIONS, limits=LIMITS)
-    assert rows == [] and [name for name, _ in bad] == ["a", "loop"]
-    assert "leads out of data_dir" in str(bad[0][1])
+def test_links_to_another_disk_are_followed_and_circles_end(data, tmp_path):
+    place = tmp_path / "data" / "videos"
+    place.mkdir(parents=True)
+    (place / "a.mp4").symlink_to(data / "videos" / "long.mp4")
+    (place / "loop.mp4").symlink_to(place / "loop.mp4")
+    (place / "lost.mp4").symlink_to(tmp_path / "nowhere.mp4")
+    (place / "disk").symlink_to(data / "videos")
+    (place / "back").symlink_to(place)
+    rows, bad = read(tmp_path / "data", **OPTIONS | {"pattern": "**/*"}, limits=LIMITS)
+    assert {row["clip_id"]: row["video"] for row in rows} == {
+        "a": "videos/a.mp4",
+        "disk_long": "videos/disk/long.mp4",
+        "disk_short": "videos/disk/short.MOV",
+    }
+    assert [name for name, _ in bad] == ["disk_page", "loop", "lost"]
+    rows, _ = read(tmp_path / "data", **OPTIONS | {"pattern": "*/l*"}, limits=LIMITS)
+    assert [row["clip_id"] for row in rows] == ["disk_long"]
+
+
+def test_the_folder_itself_may_be_a_link(data, tmp_path):
+    (tmp_path / "videos").symlink_to(data / "videos")
+    rows, _ = read(tmp_path, **OPTIONS, limits=LIMITS)
+    assert [row["clip_id"] for row in rows] == ["long", "short"]
 
 
 def test_of_two_videos_of_one_name_the_more_usual_ending_counts(tmp_path):

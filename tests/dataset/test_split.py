@@ -295,6 +295,14 @@ def test_a_near_duplicate_of_a_later_block_of_time_is_left_out(run):
     assert parts.set_index("clip_id")["part"]["clip_019"] == "test"
 
 
+def test_two_uploads_of_one_persons_video_lie_in_one_block_of_time(run):
+    clips = clips_of([("1", "A")] * 10 + [("2", "A")] * 10)
+    parts, _, ledger = run(clips, pictures=[(5, words(0)), (19, words(0))])
+    dropped = ledger[ledger["rule"] == "near_duplicate"].query("status == 'dropped'")
+    assert dropped["clip_id"].tolist() == ["clip_005"]
+    assert parts.set_index("clip_id")["part"]["clip_019"] == "test"
+
+
 def test_every_clip_is_in_one_part_and_in_the_ledger(run):
     clips = clips_of([(str(n // 2), None) for n in range(40)])
     parts, _, ledger = run(clips)

@@ -1,3 +1,5 @@
+import tracemalloc
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -45,3 +47,12 @@ def test_without_a_valid_frame_nothing_is_measured_and_every_channel_is_listed(m
     assert rows["channel"].tolist() == list(CHANNELS)
     assert (rows["measured"] == 0).all()
     assert rows["mean"].isna().all()
+
+
+def test_statistics_take_little_memory_beside_the_motion():
+    motion = motion_of([True] * 20_000, **dict.fromkeys(CHANNELS, np.float32(0.5)))
+    tracemalloc.start()
+    statistics(motion)
+    _, most = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most < 0.5 * motion.memory_usage().sum()

@@ -46,6 +46,14 @@ def test_what_is_no_clip_is_told_before_a_run_is_spent_on_it(tmp_path):
     assert found.numbers["clips"] == 1
 
 
+def test_records_that_get_in_each_others_way_are_told(tmp_path):
+    one = json.dumps(record())
+    (tmp_path / "info.json").write_text(f'{{"a_0": {one}, "A_0": {one}, "a_0": {one}}}')
+    found = inspect(tmp_path / "info.json", options())
+    assert [problem.split(": ")[0] for problem in found.problems] == ["A_0", "a_0#2"]
+    assert found.numbers["clips"] == 1
+
+
 def test_of_many_bad_records_a_few_are_told(tmp_path):
     found = seen(tmp_path / "info.json", {f"a_{n}": {"ytb_id": 5} for n in range(2000)})
     assert len(found.problems) == 11

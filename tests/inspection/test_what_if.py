@@ -92,6 +92,13 @@ def test_several_values_have_a_line_each_beside_the_run_s_own(run_results, own):
     assert lines[3].endswith("now")
 
 
+def test_a_key_that_is_asked_twice_has_two_values(run_results, own):
+    wishes = ["'turn' in actions", "emotion == 'happy'"]
+    found = funnel(run_results, [own], [f"select.conditions={wish}" for wish in wishes])
+    assert [change.asked["select.conditions"] for change in found.changes] == [[w] for w in wishes]
+    assert all(wish in as_text(found) for wish in wishes)
+
+
 def test_another_yaw_is_asked_of_the_frames_themselves(run_results, own):
     found = funnel(run_results, [own], ["pose.max_yaw_deg=20,35,42"])
     assert [change.kept for change in found.changes] == [1, 2, 3]

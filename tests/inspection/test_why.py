@@ -8,6 +8,7 @@ import yaml
 from mimeline import cli, tables
 from mimeline.errors import BadFile, NoSuchFile
 from mimeline.inspection import remedies
+from mimeline.inspection.funnel import funnel
 from mimeline.inspection.why import as_json, as_text, why
 
 from .conftest import OPTIONS
@@ -92,6 +93,33 @@ def test_a_stage_that_stopped_half_way_does_not_hide_the_others(run_results, tmp
     shutil.copytree(run_results, tmp_path / "results")
     shutil.rmtree(tmp_path / "results" / "pose")
     assert "good_0: kept so far, by ingest" in told(tmp_path / "results", "good_0")
+
+
+def test_shards_that_an_earlier_run_had_more_are_no_part_of_this_one(run_results, tmp_path):
+    results = shutil.copytree(run_results, tmp_path / "again")
+    for stage in ("catalogue", "select", "fetch"):
+        shutil.copytree(results / stage / "00", results / stage / "01")
+    assert told(results, "good_0") == told(run_results, "good_0").replace(
+        str(run_results), str(results)
+    )
+    assert funnel(results, [], []).sound
+
+
+def test_a_clip_that_stands_twice_in_a_table_is_told_as_such(run_results, tmp_path):
+    results = shutil.copytree(run_results, tmp_path / "twice")
+    shutil.copytree(results / "catalogue" / "00", results / "catalogue" / "01")
+    (results / "catalogue" / "ledger.parquet").unlink()
+    with pytest.raises(BadFile, match="catalogue, table clips: found clip '-long' twice"):
+        why(results, ["good_0"])
+
+
+def test_a_ledger_of_another_version_is_refused(run_results, tmp_path):
+    results = shutil.copytree(run_results, tmp_path / "old")
+    path = results / "pose" / "00" / "ledger.parquet"
+    rows = tables.read(tables.LEDGER, path).assign(stage="posture")
+    tables.write(tables.LEDGER, rows, path)
+    with pytest.raises(BadFile, match="found the stage 'posture', expected catalogue, select"):
+        why(results, ["good_0"])
 
 
 def test_lines_fit_and_colour_changes_no_word(run_results):

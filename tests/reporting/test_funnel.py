@@ -1,8 +1,10 @@
+import pandas as pd
 import pytest
 
 from mimeline.errors import BadFile
 from mimeline.reporting import funnel as module
 from mimeline.reporting.funnel import funnel
+from mimeline.reporting.summary import lead
 
 
 def kept(*clips: str) -> list[dict]:
@@ -21,6 +23,14 @@ def test_clips_in_are_those_kept_dropped_and_failed(tmp_path, ledger):
     assert (stages["catalogue"].entered, stages["catalogue"].failed) == (4, 1)
     assert (stages["select"].entered, stages["select"].dropped, stages["select"].kept) == (3, 2, 1)
     assert stages["select"].reasons == [("the head turns too far", 2)]
+
+
+def test_a_single_lost_clip_is_spoken_of_as_one(tmp_path, ledger):
+    parts = pd.DataFrame({"part": ["train"]})
+    for n_lost, said in ((1, "the reason of the other stands"), (2, "of each of the other 2")):
+        rows = [*kept("a"), *(lost(f"lost{n}") for n in range(n_lost))]
+        way = funnel([ledger(tmp_path / str(n_lost), "catalogue", rows)])
+        assert said in lead(way, parts, [], False)[0]
 
 
 def test_a_clip_that_vanishes_between_two_stages_is_an_error(tmp_path, ledger):

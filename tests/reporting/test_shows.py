@@ -106,6 +106,16 @@ def test_a_text_stands_beside_what_it_is_made_from(written, album):
     assert happy_row.x + happy_row.width <= caption.end + 0.1  # what ends later is cut off there
 
 
+def test_what_nobody_timed_is_no_bar_of_the_whole_clip(written, album):
+    talk = {"name": "talk", "start_s": 0.0, "end_s": 8.0, "uncertainty_s": None}
+    nod = {"name": "nod", "start_s": 1.0, "end_s": 2.0, "uncertainty_s": None}
+    table = clips(kept("a", actions=[talk, nod], emotion="happy"))
+    texts = written(tables.DESCRIPTIONS, [text("a", "catalogue")])
+    (caption,) = captions(texts, table, [written(tables.INTERVALS, [])], album).clips
+    assert caption.facts == ["talk at some time", "happy at some time"]
+    assert [row.name for row in caption.told[0].rows] == ["nod"]
+
+
 def test_clips_are_chosen_that_show_something_new(written, album):
     nod = {"name": "nod", "start_s": 0.0, "end_s": 1.0, "uncertainty_s": 0.0}
     table = clips(*(kept(c, actions=[nod] * (c != "e")) for c in "abcd"), kept("e", emotions=[nod]))

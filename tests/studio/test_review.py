@@ -46,6 +46,17 @@ def test_the_facts_of_a_clip_are_told_in_words(idle_page):
     }
 
 
+def test_what_nobody_timed_is_a_fact_and_no_track(page, results):
+    path = results / "pose" / "00" / "clips.parquet"
+    rows = tables.read(tables.CLIPS, path)
+    sometime = {"name": "play_instrument", "start_s": 0.0, "end_s": 6.0, "uncertainty_s": None}
+    rows["actions"] = [[*actions, sometime] for actions in rows["actions"]]
+    tables.write(tables.CLIPS, rows, path)
+    clip = page().get("/clips/b_1").json
+    assert dict(clip["facts"])["At some time"] == "play instrument"
+    assert [track["name"] for track in clip["tracks"]] == ["head wagging"]
+
+
 def test_a_clip_without_a_film_says_why(idle_page):
     assert "too short" in idle_page.get("/clips/d_1").json["no_film"]
     assert "tracking alone" in idle_page.get("/clips/e_1").json["no_film"]
@@ -184,6 +195,13 @@ def test_the_page_loads_nothing_from_elsewhere_and_runs_nothing_inline(idle_page
         assert idle_page.get(path).status_code == 200
     for path in (STUDIO / "static").iterdir():
         assert not re.findall(r"https?://(?!www\.w3\.org/2000/svg)", path.read_text())
+
+
+def test_every_button_of_the_page_does_something(idle_page):
+    scripts = "\n".join(path.read_text() for path in (STUDIO / "static").glob("*.js"))
+    heard = set(re.findall(r'byId\("([\w-]+)"\)\.addEventListener\("click"', scripts))
+    ids = set(re.findall(r'<button[^>]*\bid="([\w-]+)"', idle_page.get("/").text))
+    assert ids and ids <= heard
 
 
 def test_a_list_that_cannot_be_kept_whole_is_refused(exclusions):

@@ -165,12 +165,12 @@ def test_the_command_serves_until_interrupted_and_says_how_to_go_on(results, exc
     child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         address = re.search(r"http://127\.0\.0\.1:\d+/\?key=\S+", child.stdout.readline())[0]
-        with urllib.request.urlopen(address, timeout=20) as answer:
+        with urllib.request.urlopen(address, timeout=60) as answer:
             assert answer.status == 200 and answer.headers["Server"] == "mimeline"
         with pytest.raises(urllib.error.HTTPError, match="403"):
-            urllib.request.urlopen(address.partition("?")[0], timeout=20)
+            urllib.request.urlopen(address.partition("?")[0], timeout=60)
         child.send_signal(signal.SIGINT)
-        said, complaint = child.communicate(timeout=20)
+        said, complaint = child.communicate(timeout=60)
     finally:
         child.kill()
     assert child.returncode == 0 and complaint == ""

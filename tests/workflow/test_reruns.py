@@ -113,6 +113,7 @@ def another(key: str, field, value):
         return literal
     special = {
         "catalogue.mead.views": ["top"],
+        "select.conditions": ["duration_s < 8"],
         "select.exclusions": "left-out.csv",
         "describe.templates": "templates.yaml",
         "label.file": "names.yaml",

@@ -222,7 +222,7 @@ rule describe:
         "<benchmarks>/describe.tsv"
     threads: 1
     resources:
-        mem_mb=2000,
+        mem_mb=4000,
     params:
         describe=lookup("describe", within=config),
         code=code_digest("mimeline.clips.description.describe"),

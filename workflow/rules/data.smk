@@ -46,6 +46,7 @@ rule catalogue:
         cut_s=lookup("catalogue/cut_s", within=config),
         tracker=tracker_of_takes(config),
         limits=limits_of_videos(config),
+        shards=len(SHARDS),  # of fewer than before, every table is there already
         listing=LISTING,
         code=code_digest("mimeline.clips.catalogue"),
     message:

@@ -2,13 +2,11 @@
 
 import math
 import re
-from collections.abc import Callable, Iterable
-from functools import cache
-from pathlib import Path, PurePosixPath, PureWindowsPath
+from collections.abc import Iterable
+from pathlib import PurePosixPath, PureWindowsPath
 from typing import Any
 
-from mimeline.clips.catalogues.folder import lies_in
-from mimeline.clips.failure import printable
+from mimeline.clips.failure import spelt_out
 
 SAFE_ID = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9_.-]{0,199}")  # a plain file name
 DEVICE = re.compile(r"(con|prn|aux|nul|com[0-9]|lpt[0-9])(\..*)?", re.IGNORECASE)  # of Windows
@@ -21,34 +19,74 @@ SIDES = ("bbox_top", "bbox_bottom", "bbox_left", "bbox_right")
 Fault = dict[str, Any]  # rule and facts, as Ledger.fail takes them
 
 
-def fault_finder(data: Path) -> Callable[[dict], Fault | None]:
-    """What tells of a row of `clips` why it may not become a clip; None where it may.
+def fault_of(row: dict) -> Fault | None:
+    """Why a row of `clips` may not become a clip; None where it may."""
+    return (
+        path_fault(row.get("video"))
+        or _bad_id(row["clip_id"])
+        or _bad_id(row["source_id"])
+        or _bad_times(row["start_s"], row["end_s"])
+        or _bad_box(row)
+    )
 
-    data: the folder that a row's video must lie in.
+
+def path_fault(video: str | None) -> Fault | None:
+    """Why a path is none below data_dir, wherever the links in it lead; None where it is one."""
+    if not isinstance(video, str):
+        return None
+    path = PurePosixPath(video)
+    windows = "\\" in video or PureWindowsPath(video).drive
+    if not video.isprintable():
+        what = "cannot be printed: rename it"
+    elif ".." in path.parts or path.is_absolute() or not path.name or windows:
+        what = "leads out of data_dir: give a path below it, with /"
+    else:
+        return None
+    return {"rule": "unsafe_path", "detail": f"'{shown(video)}' {what}"}
+
+
+def size_of_box(top: float, bottom: float, left: float, right: float) -> dict[str, int]:
+    """width and height of a box in pixels, right of and below the picture's corner.
+
+    Empty for a box in shares of the picture, and for one without an inside.
     """
-    inside = _inside(data)
-
-    def fault(row: dict) -> Fault | None:
-        return (
-            _bad_id(row["clip_id"])
-            or _bad_id(row["source_id"])
-            or _bad_times(row["start_s"], row["end_s"])
-            or _bad_box(row)
-            or _bad_path(row.get("video"), inside)
-        )
-
-    return fault
+    edges = (top, bottom, left, right)
+    if not all(map(math.isfinite, edges)) or max(edges) <= LARGEST_SHARE:
+        return {}
+    width, height = round(right - max(left, 0)), round(bottom - max(top, 0))
+    return {"width": width, "height": height} if min(width, height) > 0 else {}
 
 
 def shown(clip_id: str) -> str:
     """The id as the ledger and a terminal may show it."""
-    text = printable(clip_id)
+    text = spelt_out(clip_id)
     return text if len(text) <= LONGEST_ID else f"{text[:LONGEST_ID]}…"
 
 
-def told_apart(ids: Iterable[str]) -> list[str]:
+def judged(entries: Iterable[tuple[str, dict]]) -> list[tuple[str, dict]]:
+    """Records under the names that tell them apart, with their rows or faults.
+
+    entries: the id that a record gives itself, and its row or what is wrong with it. Of an id that
+    repeats the first record without a fault counts, as of ids that differ in capitals alone.
+    """
+    entries = sorted(entries, key=lambda entry: "rule" in entry[1])
+    names = _told_apart([shown(clip_id) for clip_id, _ in entries])
+    found, capitals = [], {}
+    for (clip_id, entry), name in zip(entries, names, strict=True):
+        if "rule" in entry:
+            pass
+        elif name != clip_id:
+            detail = f"{clip_id} stands in the catalogue before: the first one counts. Rename one"
+            entry = {"rule": "repeated_id", "detail": detail}
+        elif (other := capitals.setdefault(clip_id.casefold(), clip_id)) != clip_id:
+            detail = f"differs from {other} in capitals alone: files may not. Rename one"
+            entry = {"rule": "case_collision", "detail": detail}
+        found.append((name, entry))
+    return found
+
+
+def _told_apart(ids: list[str]) -> list[str]:
     """The ids, of which the second of a name ends in #2, the third in #3 and so on."""
-    ids = list(ids)
     taken, first, last = set(ids), set(), dict.fromkeys(ids, 1)
     names = []
     for clip_id in ids:
@@ -71,7 +109,7 @@ def _bad_id(name: str) -> Fault | None:
         what = "is the name of a device on Windows: rename it"
     else:
         return None
-    return {"rule": "unsafe_id", "detail": f"{shown(name)!r} {what}"}
+    return {"rule": "unsafe_id", "detail": f"'{shown(name)}' {what}"}
 
 
 def _bad_times(start: float, end: float) -> Fault | None:
@@ -86,7 +124,7 @@ def _bad_times(start: float, end: float) -> Fault | None:
 
 def _bad_box(row: dict) -> Fault | None:
     edges = [row.get(side) for side in SIDES]
-    if all(edge is None or math.isnan(edge) for edge in edges):
+    if all(edge is None for edge in edges):
         return None
     told = ", ".join(f"{s[5:]} {e}" for s, e in zip(SIDES, edges, strict=True))
 
@@ -104,27 +142,3 @@ def _bad_box(row: dict) -> Fault | None:
     if limit > 1 and min(bottom - max(top, 0), right - max(left, 0)) < 1:
         return wrong("less than a pixel of it lies in the picture")
     return None
-
-
-def _bad_path(video: str | None, inside: Callable[[str], bool]) -> Fault | None:
-    if not isinstance(video, str) or inside(video):
-        return None
-    detail = f"{shown(video)!r} leads out of data_dir: give a path below it, with /"
-    return {"rule": "unsafe_path", "detail": detail}
-
-
-def _inside(data: Path) -> Callable[[str], bool]:
-    """Whether a relative path stays in a folder, wherever its links lead."""
-    folder_inside = cache(lambda folder: lies_in(data / folder, data))
-
-    def inside(video: str) -> bool:
-        path = PurePosixPath(video)
-        if not video.isprintable() or ".." in path.parts or path.is_absolute() or not path.name:
-            return False
-        if "\\" in video or PureWindowsPath(video).drive:
-            return False
-        if (data / path).is_symlink():
-            return lies_in(data / path, data)
-        return folder_inside(path.parent)
-
-    return inside

@@ -11,11 +11,10 @@ from pathlib import Path
 import pandas as pd
 
 from mimeline import tables
-from mimeline.clips.admission import fault_finder, shown, told_apart
+from mimeline.clips.admission import fault_of, judged
 from mimeline.clips.catalogues import (
     celebvhq,
     celebvtext,
-    files,
     mead,
     ravdess,
     realtalk,
@@ -72,6 +71,8 @@ def catalogue(
         )
     with _many_small_objects():
         if format == "files":
+            from mimeline.clips.catalogues import files  # trackers' readers load slowly
+
             records, bad = files.read(data, tracker, **options)
         elif format in IN_VIDEOS:
             records, bad = IN_VIDEOS[format](data, **options, limits=Limits(**limits))
@@ -79,9 +80,9 @@ def catalogue(
             records, bad = IN_WRITING[format](data, **options)
         entries = _examined(data, records, cut_s)
         entries += [(clip_id, failure(error)) for clip_id, error in bad]
-        names = told_apart(shown(clip_id) for clip_id, _ in entries)
-        decisions = Ledger("catalogue", names)
-        kept = _decide(decisions, entries, names)
+        found = judged(entries)
+        decisions = Ledger("catalogue", [name for name, _ in found])
+        kept = _decide(decisions, found)
     _write(kept, clips)
     decisions.close(ledger, [row["clip_id"] for row in kept])
     decisions.tell(log)
@@ -106,7 +107,6 @@ def _many_small_objects() -> Iterator[None]:
 
 def _examined(data: Path, records: list[dict], cut_s: float | None) -> list[tuple[str, dict]]:
     """Each clip's id and row; of a record that may not become one, its id and its fault."""
-    fault_of = fault_finder(data)
     entries: list[tuple[str, dict]] = []
     for record in records:
         if fault := fault_of(record):
@@ -124,22 +124,16 @@ def _examined(data: Path, records: list[dict], cut_s: float | None) -> list[tupl
     return entries
 
 
-def _decide(decisions: Ledger, entries: list[tuple[str, dict]], names: list[str]) -> list[dict]:
+def _decide(decisions: Ledger, found: list[tuple[str, dict]]) -> list[dict]:
     """The rows that are clips; the ledger says what became of the others."""
-    kept, capitals = [], {}
-    for (clip_id, entry), name in zip(entries, names, strict=True):
+    kept = []
+    for name, entry in found:
         if "rule" in entry:
             decisions.fail(name, **entry)
-        elif name != clip_id:
-            detail = f"{clip_id} stands in the catalogue before: the first one counts. Rename one"
-            decisions.fail(name, "repeated_id", detail=detail)
-        elif (other := capitals.setdefault(clip_id.casefold(), clip_id)) != clip_id:
-            detail = f"differs from {other} in capitals alone: files may not. Rename one"
-            decisions.fail(name, "case_collision", detail=detail)
-        else:
-            for rule, facts in entry.get("notes", ()):
-                decisions.note(name, rule, **facts)
-            kept.append(entry)
+            continue
+        for rule, facts in entry.get("notes", ()):
+            decisions.note(name, rule, **facts)
+        kept.append(entry)
     return kept
 
 

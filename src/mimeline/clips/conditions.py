@@ -5,6 +5,7 @@ They are read as Python's comparisons and evaluated here, column by column: noth
 
 import ast
 import operator
+import reprlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import reduce
@@ -30,6 +31,7 @@ COLUMNS: dict[str, str] = {
     "actions": NAMES,
     "attributes": NAMES,
 }
+LONGEST = 200  # characters of a condition that a message quotes
 SAME = {ast.Eq: operator.eq, ast.NotEq: operator.ne}
 ORDER = {ast.Lt: operator.lt, ast.LtE: operator.le, ast.Gt: operator.gt, ast.GtE: operator.ge}
 SIGNS = {ast.USub: operator.neg, ast.UAdd: operator.pos}
@@ -79,7 +81,7 @@ def condition(text: str) -> Condition:
         return Condition(text.strip(), tuple(columns), _truth(tree))
     except _Refused as refused:
         raise _bad(text, refused.found, refused.expected) from None
-    except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
+    except (SyntaxError, ValueError, OverflowError, MemoryError, RecursionError) as error:
         found = getattr(error, "msg", "") or str(error) or type(error).__name__
         raise _bad(text, found, f"a comparison such as {EXAMPLES}") from None
 
@@ -200,11 +202,13 @@ def _column(node: ast.expr) -> str:
 
 def _value(node: ast.expr) -> str | float:
     match node:
-        case ast.Constant(str() | int() | float() as value) if not isinstance(value, bool):
+        case ast.Constant(str() as value):
             return value
+        case ast.Constant(int() | float() as value) if not isinstance(value, bool):
+            return float(value)
         case ast.UnaryOp(op=sign, operand=ast.Constant(int() | float() as value)):
             if type(sign) in SIGNS:
-                return SIGNS[type(sign)](value)
+                return SIGNS[type(sign)](float(value))
         case ast.Name(id):
             _kind(node)
             raise _Refused(id, "a value in its place: a number, or a text in quotes")
@@ -223,8 +227,8 @@ def _kind(side: ast.Name | str | float) -> str:
 def _bad(text: str, found: str, expected: str) -> BadConfig:
     return BadConfig(
         "select.conditions",
-        place=repr(text),
-        found=found,
+        place=reprlib.repr(text) if len(text) > LONGEST else repr(text),
+        found=found if len(found) <= LONGEST else f"{found[:LONGEST]}…",
         expected=expected,
         remedy="docs/selection.md tells what a condition may say.",
     )

@@ -18,9 +18,18 @@ from mimeline.atomic import whole
 from mimeline.clips.catalogues.videos import ENDINGS
 from mimeline.clips.source import Footage
 from mimeline.errors import BadConfig, BadFile, MimelineError
+from mimeline.media import transfer
 from mimeline.media.limits import Limits, Refused, check_bytes, check_video
 from mimeline.media.probe import probe
-from mimeline.media.remote import Address, Declined, Gone, Unreachable, take_piece, told_by
+from mimeline.media.remote import (
+    Address,
+    Declined,
+    Gone,
+    TurnedAway,
+    Unreachable,
+    take_piece,
+    told_by,
+)
 from mimeline.media.signature import kind_of
 
 log = logging.getLogger(__name__)
@@ -51,7 +60,7 @@ class Terms:
 class Download:
     """A source at an address. alone: one clip is cut out of it, so that a piece will do.
 
-    Raises BadConfig if yt-dlp is not installed.
+    Raises BadConfig if the address is no file's and yt-dlp is not installed.
     """
 
     lasting = True  # why a clip cannot be cut is noted, so as not to download it again for that
@@ -61,12 +70,12 @@ class Download:
         self.address = terms.url.replace("{source_id}", quote(source_id, safe=""))
         self.name = self.address
         ending = Path(urlsplit(self.address).path).suffix.lower()
-        self._ending = ending.lstrip(".") if ending in ENDINGS else None
+        self._ending = ending if ending in ENDINGS else None
         self._note = terms.folder / f"{source_id}.json"
         self._folder = terms.folder / f"{source_id}.d"
         self._piece = self._folder / "piece.nut"
         self._footage: Footage | MimelineError | None = None
-        self._child = _website()
+        self._site = None if self._ending else _website()
 
     def key(self) -> dict:
         """What tells that it is the same video."""
@@ -130,11 +139,10 @@ class Download:
     def _in_part(self, since_s: float, until_s: float) -> Footage:
         parts = [Address(self.address, OURS)] if self._ending else self._parts()
         sound = parts[1] if len(parts) > 1 else None
+        how = (since_s, until_s, self._piece, self.limits, self.terms.stall_s)
         try:
-            video, whole_s = take_piece(
-                parts[0], sound, since_s, until_s, self._piece, self.limits, self.terms.stall_s
-            )
-        except Gone as error:
+            video, whole_s = take_piece(self.address, parts[0], sound, *how)
+        except (Gone, TurnedAway) as error:
             if self._ending is None:  # the site gave an address that serves others
                 raise Declined(error.found) from error
             raise
@@ -153,9 +161,7 @@ class Download:
         path = next(self._folder.glob("whole.*"), None)
         if path is None:
             self._remember(max_height=self.terms.max_height)
-            facts = self._asked(self._folder / "video")
-            self._check(facts)
-            made = Path(facts["path"])
+            made = self._transferred() if self._ending else self._found()
             path = made.rename(made.with_name(f"whole{made.suffix}"))
         try:
             video = probe(path, self.limits)
@@ -165,15 +171,35 @@ class Download:
             with path.open("rb") as file:
                 kind = kind_of(file.read(512))
             path.unlink()
-            if kind:
-                raise Gone(self.address, kind, "Check fetch.url.") from error
-            raise Unreachable(self.address, error.found) from error
+            again = TurnedAway if kind else Unreachable
+            raise again(self.address, kind or error.found) from error
         return Footage(path, video, video.duration_s)
+
+    def _transferred(self) -> Path:
+        target = self._folder / f"video{self._ending}"
+        task = {
+            "address": self.address,
+            "headers": OURS,
+            "target": str(target),
+            "max_bytes": self.limits.max_bytes,
+            "stall_s": self.terms.stall_s,
+        }
+        told_by(transfer.__file__, task, self.address, self._patient())
+        return target
+
+    def _found(self) -> Path:
+        facts = self._asked(self._folder / "video")
+        self._check(facts)
+        return Path(facts["path"])
+
+    def _patient(self) -> Limits:
+        """A download may take as long as the longest video plays."""
+        longest_s = max(self.limits.timeout_s, self.limits.max_source_s)
+        return replace(self.limits, timeout_s=longest_s)
 
     def _asked(self, target: Path | None) -> dict:
         task = {
             "address": self.address,
-            "ending": self._ending,
             "target": target and str(target),
             "max_height": self.terms.max_height,
             "max_pixels": self.limits.max_pixels,
@@ -182,9 +208,8 @@ class Download:
             "stall_s": self.terms.stall_s,
             "ffmpeg": imageio_ffmpeg.get_ffmpeg_exe(),
         }
-        # A download may take as long as the longest video plays: what is silent ends before.
-        longest_s = max(self.limits.timeout_s, self.limits.max_source_s)
-        return told_by(self._child, task, self.address, replace(self.limits, timeout_s=longest_s))
+        limits = self._patient() if target else self.limits
+        return told_by(self._site, task, self.address, limits)
 
     def _check(self, facts: dict) -> None:
         check_video(self.address, facts["width"], facts["height"], facts["length_s"], self.limits)
@@ -198,7 +223,8 @@ class Download:
                 return act()
             except Unreachable as error:
                 asked_s = error.retry_after_s or 0.0
-                if attempt == self.terms.attempts or asked_s > LONGEST_WAIT_S:
+                last = attempt == self.terms.attempts or asked_s > LONGEST_WAIT_S
+                if last or isinstance(error, TurnedAway):
                     raise
                 pause_s = self.terms.pause_s * 2 ** (attempt - 1) * chance.uniform(0.5, 1.5)
                 log.info("%s; again in %.0f s", error, max(pause_s, asked_s))

@@ -26,7 +26,19 @@ def read_exclusions(path: str | Path) -> dict[str, str]:
             file.seek(0)
             cells = csv.reader(file, delimiter=_delimiter(header), strict=True)
             rows = [(cells.line_num, row) for row in cells if any(map(str.strip, row))]
-    except (OSError, ValueError, csv.Error) as error:
+    except UnicodeDecodeError as error:
+        raise BadFile(
+            path, found="text that is no UTF-8", expected=EXPECTED, remedy="Save it as CSV UTF-8."
+        ) from error
+    except csv.Error as error:
+        raise BadFile(
+            path,
+            place=f"line {cells.line_num}",
+            found=str(error),
+            expected=EXPECTED,
+            remedy="Close the quotation marks of a cell; write one within it twice.",
+        ) from error
+    except (OSError, ValueError) as error:
         raise unreadable(
             path, error, expected=EXPECTED, remedy="Write it, or set select.exclusions to null."
         ) from error
@@ -58,7 +70,7 @@ def write_exclusions(path: str | Path, exclusions: Mapping[str, str]) -> None:
 
 
 def _delimiter(header: str) -> str:
-    return next((mark for mark in ",;\t" if mark in header), ",")
+    return max(",;\t", key=header.count)
 
 
 def _bad_line(path: str | Path, line: int, row: list[str], columns: int) -> BadFile:

@@ -6,14 +6,14 @@ from mimeline.media.limits import Refused
 
 def failure(error: MimelineError) -> dict:
     """The rule and facts that `Ledger.fail` takes: the error's own, else that it is unreadable."""
-    detail = printable(str(error))
+    detail = spelt_out(str(error))
     if not isinstance(error, Refused):
         return {"rule": "unreadable", "detail": detail}
     numbers = {"value": error.value, "limit": error.limit, "unit": error.unit}
     return {"rule": error.rule, "detail": detail} | numbers
 
 
-def printable(text: str) -> str:
+def spelt_out(text: str) -> str:
     """The text as any file and any terminal may hold it: what cannot be printed is spelt out."""
     if text.isprintable():
         return text

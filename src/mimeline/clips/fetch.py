@@ -12,11 +12,10 @@ import pandas as pd
 
 from mimeline import tables
 from mimeline.clips import film
-from mimeline.clips.catalogues.videos import videos_in
 from mimeline.clips.download import Download, Terms, remove_leftovers
 from mimeline.clips.failure import failure
 from mimeline.clips.piece import Piece
-from mimeline.clips.source import LocalSource
+from mimeline.clips.source import LocalSource, local_videos
 from mimeline.errors import BadFile, MimelineError
 from mimeline.ledger import Ledger
 from mimeline.media.limits import Limits, check_bytes, check_video
@@ -84,7 +83,7 @@ def fetch(
         how = (max_height, attempts, stall_s, keep_sources, pause_s)
         terms = Terms(Path(sources), url, *how)
     work = []
-    for clip, source, is_cut in _found(table, Path(data), folder, terms, limits):
+    for clip, source, is_cut in _with_sources(table, Path(data), folder, terms, limits):
         if source is None:
             absent = "fetch.folder is null" if folder is None else f"no video of it in {folder}"
             decisions.note(clip.clip_id, "no_video", detail=absent)
@@ -113,26 +112,22 @@ def fetch(
         log.info("the films are in %s", media)
 
 
-def _found(
+def _with_sources(
     table: pd.DataFrame, data: Path, folder: str | None, terms: Terms | None, limits: Limits
 ) -> Iterator[tuple]:
     """Each clip with its source, or None, and whether that is the clip itself."""
-    place = None if folder is None else data / folder
-    looked_for = place is not None and (terms is None or place.is_dir()) and len(table)
-    videos = videos_in(place) if looked_for and table["video"].isna().any() else {}
-    here: dict[Path, LocalSource] = {}
+    if terms is not None and folder is not None and not (data / folder).is_dir():
+        folder = None  # all is downloaded
+    here: dict[tuple, LocalSource] = {}
     elsewhere = []
-    for clip in table.itertuples():
-        if named := isinstance(clip.video, str):
-            path = data / clip.video
-        else:
-            path = videos.get(clip.clip_id) or videos.get(clip.source_id)
+    for clip, path, is_cut in local_videos(table, data, folder):
         if path is None:
             elsewhere.append(clip)
             continue
-        if path not in here:
-            here[path] = LocalSource(path, limits, within=data if named else None)
-        yield clip, here[path], not named and clip.clip_id in videos
+        within = data if isinstance(clip.video, str) else None
+        if (path, within) not in here:
+            here[path, within] = LocalSource(path, limits, within=within)
+        yield clip, here[path, within], is_cut
     counts = Counter(clip.source_id for clip in elsewhere)
     downloads = {
         source_id: terms and Download(source_id, terms, limits, alone=count == 1)

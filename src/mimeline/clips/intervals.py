@@ -1,5 +1,6 @@
 """What is told of stretches of a clip: name, start_s and end_s within it, uncertainty_s."""
 
+import math
 from collections import defaultdict
 from collections.abc import Iterable
 
@@ -37,19 +38,23 @@ def placed(
 def between(
     intervals: Iterable[Interval], since: float, until: float, last: bool
 ) -> list[Interval]:
-    """What of the intervals lies from since to until seconds, as seconds from since.
+    """What of the intervals may lie from since to until seconds, as seconds from since.
 
-    One without length belongs to the stretch that it begins; at the very end to the last one.
+    One that is outside by less than it is uncertain is an edge, as in `placed`. One whose times are
+    certain and that has no length belongs to the stretch that it begins; at the very end to the
+    last one.
     """
     length, found = until - since, []
     for interval in intervals:
         start, end = interval["start_s"] - since, interval["end_s"] - since
-        if start == end:
+        give = interval["uncertainty_s"] or 0.0
+        if start == end and not give:
             inside = 0 <= start < length or (last and start == length)
         else:
-            inside = end > 0 and start < length
+            inside = end + give > 0 and start - give < length
         if inside:
-            found.append(interval | {"start_s": max(start, 0.0), "end_s": min(end, length)})
+            start, end = (min(max(edge, 0.0), length) for edge in (start, end))
+            found.append(interval | {"start_s": start, "end_s": end})
     return found
 
 
@@ -59,6 +64,15 @@ def longest(intervals: Iterable[Interval]) -> str | None:
     for interval in intervals:
         seconds[interval["name"]] += interval["end_s"] - interval["start_s"]
     return max(seconds, key=seconds.__getitem__, default=None)
+
+
+def timed(interval: Interval) -> str:
+    """The name with its seconds, where they are known: `turn 2–3 s ± 1`."""
+    since, until, give = (interval.get(key) for key in ("start_s", "end_s", "uncertainty_s"))
+    if any(second is None or math.isnan(second) for second in (since, until)):
+        return interval["name"]
+    about = f" ± {give:g}" if give and not math.isnan(give) else ""
+    return f"{interval['name']} {since:.3g}–{until:.3g} s{about}"
 
 
 def outside_clip(told: list[str]) -> list[tuple[str, dict]]:

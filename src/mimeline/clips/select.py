@@ -12,8 +12,8 @@ from mimeline import tables
 from mimeline.clips.conditions import Condition, condition, facts
 from mimeline.clips.exclusions import read_exclusions
 from mimeline.clips.findings import FACTS, Findings
+from mimeline.clips.intervals import Interval, timed
 from mimeline.clips.overlap import duplicates
-from mimeline.clips.unwanted import told, unwanted
 from mimeline.ledger import Ledger
 
 log = logging.getLogger(__name__)
@@ -84,10 +84,11 @@ def decide(
     """What the ledger says of the clips: the first rule that each breaks, in this order.
 
     excluded: left out by hand, whatever else holds. too_short, too_long: min_s and max_s seconds,
-    both allowed. excluded_action: the catalogue lists such an action and it may touch the clip, be
-    its time ever so uncertain. too_small: the lesser of width and height, pixels. condition: one
-    of the user's. duplicate: it overlaps a clip of its source that breaks no rule, by more than
-    max_overlap; where a clip breaks another rule and is a duplicate besides, the detail tells.
+    both allowed. excluded_action: the catalogue lists such an action, be it ever so short or
+    uncertain; blanks and underscores are one. too_small: the lesser of width and height, pixels.
+    condition: one of the user's. duplicate: it overlaps a clip of its source that breaks no rule,
+    by more than max_overlap; where a clip breaks another rule and is a duplicate besides, the
+    detail tells.
 
     clips: rows of the `clips` table. Returns clip_id, status, rule, value, limit, unit, detail: a
     row for each dropped clip, and for each rule that could not be applied to a kept one.
@@ -102,9 +103,13 @@ def decide(
     length = known["duration_s"].to_numpy(float)  # (n,)
     found.drop("too_short", length < min_s - ROUNDING_S, length, min_s, "s")
     found.drop("too_long", length > max_s + ROUNDING_S, length, max_s, "s")
-    acts = unwanted(clips["actions"], length, excluded_actions)
+    acts = _unwanted(clips["actions"], excluded_actions)
     listed = [bool(of_clip) for of_clip in acts]
-    found.drop("excluded_action", listed, details=lambda rows: [told(acts[row]) for row in rows])
+    found.drop(
+        "excluded_action",
+        listed,
+        details=lambda rows: [", ".join(map(timed, acts[row])) for row in rows],
+    )
     side = known["side_px"].to_numpy(float, na_value=np.nan)  # (n,)
     found.drop("too_small", side < min_side_px, side, min_side_px, "px")
     found.note("too_small", np.isnan(side), lambda rows: UNKNOWN_SIZE, min_side_px, "px")
@@ -115,6 +120,16 @@ def decide(
     if max_overlap is not None:
         _drop_duplicates(found, clips, max_overlap)
     return found.table()
+
+
+def _unwanted(actions: pd.Series, names: Sequence[str]) -> list[list[Interval]]:
+    """Per clip, those of its actions that bear one of the names."""
+    spelt = set(map(_spelt, names))
+    return [[act for act in of_clip if _spelt(act["name"]) in spelt] for of_clip in actions]
+
+
+def _spelt(name: str) -> str:
+    return name.strip().replace(" ", "_")
 
 
 def _drop_duplicates(found: Findings, clips: pd.DataFrame, max_overlap: float) -> None:

@@ -1,13 +1,33 @@
 """What films are cut out of; a video that lies here."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+import pandas as pd
+
 from mimeline.clips.catalogues.folder import lies_in
+from mimeline.clips.catalogues.videos import videos_in
 from mimeline.errors import BadFile, MimelineError, unreadable
 from mimeline.media.limits import Limits, check_bytes
 from mimeline.media.probe import Probe, probe
+
+
+def local_videos(clips: pd.DataFrame, data: Path, folder: str | None) -> Iterator[tuple]:
+    """Each clip with the path of its video, None if there is none here, and whether that is cut.
+
+    clips: rows of `clips`. A clip's video is the one that the catalogue names, wherever that leads;
+    else <data>/<folder>/<clip_id>.mp4, the clip itself, cut already; else <source_id>.mp4 there.
+    """
+    unnamed = clips["video"].isna().any()
+    videos = videos_in(data / folder) if folder is not None and unnamed else {}
+    for clip in clips.itertuples():
+        if isinstance(clip.video, str):
+            yield clip, data / clip.video, False
+        else:
+            own = videos.get(clip.clip_id)
+            yield clip, own or videos.get(clip.source_id), own is not None
 
 
 class Footage(NamedTuple):

@@ -45,8 +45,11 @@ def split(
     pairs = pd.DataFrame(columns=["clip_id", "other_id", "kind", "share", "mirrored"])
     if near_duplicates is not None:
         pictures = tables.read_all(tables.FINGERPRINTS, fingerprints)
-        known = table.assign(group=groups(table))
-        pairs = find_near_duplicates(known, pictures, motion, near_duplicates)
+        for ties in (groups(table), table["source_id"]):
+            known = table.assign(group=ties)
+            pairs = find_near_duplicates(known, pictures, motion, near_duplicates)
+            if len(set(groups(table, pairs))) >= len(PARTS):
+                break  # else time parts what belongs to one group, and the sources of one person
     for pair in pairs.sort_values("share", kind="stable").itertuples():  # the last note counts
         for clip_id, other in ((pair.clip_id, pair.other_id), (pair.other_id, pair.clip_id)):
             decisions.note(
@@ -80,7 +83,8 @@ def split(
     decisions.close(ledger, rows["clip_id"])
 
     trained = rows.loc[rows["part"] == "train", "clip_id"]
-    measured = statistics(motion[motion["clip_id"].isin(trained)])
+    motion["valid"] &= motion["clip_id"].isin(trained)
+    measured = statistics(motion)
     tables.write(tables.STATISTICS, measured, statistics_table)
     sizes = rows["part"].value_counts()
     decisions.tell(log)

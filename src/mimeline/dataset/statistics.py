@@ -11,14 +11,11 @@ def statistics(motion: pd.DataFrame) -> pd.DataFrame:
 
     measured: share of valid frames that have the channel; the other columns are NaN where it is 0.
     """
-    values = motion.loc[motion["valid"].astype(bool), list(CHANNELS)].astype("float64")
-    share = values.notna().mean() if len(values) else pd.Series(0.0, index=list(CHANNELS))
-    columns = {
-        "channel": list(CHANNELS),
-        "measured": share.to_numpy(),
-        "mean": values.mean().to_numpy(),
-        "std": values.std(ddof=0).to_numpy(),
-        "low": values.min().to_numpy(),
-        "high": values.max().to_numpy(),
-    }
-    return pd.DataFrame(columns)[tables.STATISTICS.schema.names]
+    seen = motion["valid"].to_numpy(bool)
+    rows = []
+    for name in CHANNELS:  # one by one: all of them in double precision would be large
+        values = motion[name][seen].astype("float64")
+        share = values.notna().mean() if len(values) else 0.0
+        spread = values.mean(), values.std(ddof=0), values.min(), values.max()
+        rows.append((name, share, *spread))
+    return pd.DataFrame(rows, columns=tables.STATISTICS.schema.names)

@@ -3,9 +3,10 @@
 import re
 from pathlib import Path
 
-from mimeline.clips.admission import fault_finder, shown
+from mimeline.clips.admission import fault_of, judged
 from mimeline.clips.catalogues import celebvhq, celebvtext
 from mimeline.clips.catalogues.annotations import read_annotations
+from mimeline.clips.failure import failure
 from mimeline.errors import MimelineError
 from mimeline.inspection.files import glance
 from mimeline.inspection.inspection import Inspection
@@ -44,14 +45,13 @@ def catalogue(path: Path) -> Inspection | None:
     except MimelineError as error:
         seen.error = str(error)
         return seen
-    fault_of = fault_finder(path.parent)
-    faults = {shown(row["clip_id"]): found for row in records if (found := fault_of(row))}
-    problems = [*(str(error) for _, error in bad)]
-    problems += [f"{clip_id}: {fault['detail']}" for clip_id, fault in faults.items()]
+    entries = [(row["clip_id"], fault_of(row) or row) for row in records]
+    found = judged(entries + [(clip_id, failure(error)) for clip_id, error in bad])
+    problems = [f"{name}: {entry['detail']}" for name, entry in found if "rule" in entry]
     seen.problems += problems[:TOLD]
     if len(problems) > TOLD:
         seen.problems.append(f"and {len(problems) - TOLD:,} more")
-    rows = [row for row in records if shown(row["clip_id"]) not in faults]
+    rows = [entry for _, entry in found if "rule" not in entry]
     if not rows:
         return seen
     seconds = [row["end_s"] - row["start_s"] for row in rows]

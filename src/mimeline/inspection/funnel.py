@@ -101,7 +101,8 @@ def as_text(found: Found | WhatIf, colour: bool = False) -> str:
         lines.append(paint(f"  not run yet: {', '.join(found.waiting)}", FAINT))
     notes = [f"{n.stage}: {n.text}: {words.clips(n.clips)}" for n in found.funnel.notes]
     if found.besides:
-        notes.insert(0, f"select: duplicates among what other rules drop: {_named(found.besides)}")
+        told = "dropped for another reason, and a duplicate of another clip as well"
+        notes.insert(0, f"select: {told}: {_named(found.besides)}")
     lines += ["", paint("notes", YELLOW)] if notes else []
     for text in notes:
         first, *more = layout.wrapped(text, 4)

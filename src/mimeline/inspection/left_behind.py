@@ -1,13 +1,20 @@
 """What a run left in its results: ledgers and tables, stage by stage."""
 
+import sys
+from functools import cache
 from pathlib import Path
 
 import pandas as pd
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.parquet as pq
 
 from mimeline import tables
-from mimeline.errors import NoSuchFile
+from mimeline.errors import BadFile, NoSuchFile
 from mimeline.reporting.funnel import STAGES
 from mimeline.tables import Table
+
+ANY = range(sys.maxsize)  # shards
 
 
 def ledgers(results: Path) -> list[Path]:
@@ -25,14 +32,37 @@ def ledgers(results: Path) -> list[Path]:
 
 
 def decisions(results: Path) -> pd.DataFrame:
-    """All rows of the ledgers, with the place of the stage in the order of stages."""
+    """All rows of the ledgers, with the place of the stage in the order of stages.
+
+    Raises BadFile for a stage that nobody knows: another version of the product wrote the ledger.
+    """
     rows = tables.read_all(tables.LEDGER, ledgers(results))
+    if unknown := sorted(set(rows["stage"]) - set(STAGES)):
+        raise BadFile(
+            results,
+            place="ledgers",
+            found=f"the stage {unknown[0]!r}",
+            expected=f"{', '.join(STAGES)}",
+            remedy="Another version made these results: run snakemake again.",
+        )
     return rows.assign(place=rows["stage"].map(STAGES.index))
 
 
 def rows_of(results: Path, stage: str, table: Table, columns: list[str] | None = None):
-    """The rows of a stage's table, of all shards; none where the stage has not run."""
-    return tables.read_all(table, _files(results, stage, table.name), columns)
+    """The rows of a stage's table, of all shards; none where the stage has not run.
+
+    Raises BadFile where a clip stands twice in a table that has a row per clip.
+    """
+    rows = tables.read_all(table, _files(results, stage, table.name), columns)
+    if table.order == ("clip_id",) and (twice := rows["clip_id"].duplicated()).any():
+        raise BadFile(
+            Path(results) / stage,
+            place=f"table {table.name}",
+            found=f"clip {rows.loc[twice, 'clip_id'].iloc[0]!r} twice",
+            expected="a row per clip",
+            remedy="The tables are of different runs: delete the folder and run snakemake again.",
+        )
+    return rows
 
 
 def has_run(results: Path, stage: str) -> bool:
@@ -57,4 +87,32 @@ def _files(results: Path, stage: str, name: str) -> list[Path]:
     """A stage's tables of a name: its own, and those of its shards."""
     folder = Path(results) / stage
     own = [folder / f"{name}.parquet"]
-    return [*filter(Path.is_file, own), *sorted(folder.glob(f"[0-9]*/{name}.parquet"))]
+    of_shards, run = _of_shards(folder, name), _shards_of_run(Path(results))
+    return [*filter(Path.is_file, own), *(of_shards[n] for n in sorted(of_shards) if n in run)]
+
+
+def _of_shards(folder: Path, name: str) -> dict[int, Path]:
+    """Number of the shard → its file of that name."""
+    paths = folder.glob(f"[0-9]*/{name}.parquet")
+    return {int(path.parent.name): path for path in paths if path.parent.name.isdecimal()}
+
+
+def _shards_of_run(results: Path) -> range:
+    """The shards that hold what the catalogue kept; folders beyond are of a run with more."""
+    ledger = results / "catalogue" / "ledger.parquet"
+    return _holding_all(ledger, ledger.stat().st_mtime_ns) if ledger.is_file() else ANY
+
+
+@cache
+def _holding_all(ledger: Path, _written: int) -> range:
+    shards = _of_shards(ledger.parent, "clips")
+    try:
+        ids = pq.read_table(ledger, columns=["clip_id"], filters=[("status", "=", "kept")])
+        kept, held = pc.count_distinct(ids["clip_id"]).as_py(), 0
+        for number in sorted(shards):
+            held += pq.read_metadata(shards[number]).num_rows
+            if held == kept:
+                return range(number + 1)
+    except (pa.ArrowException, OSError):
+        pass  # who reads such a file says what is wrong with it
+    return ANY

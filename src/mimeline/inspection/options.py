@@ -145,11 +145,12 @@ def _put(ingest: dict[str, Any], text: str) -> str | None:
             remedy=REMEDY,
         )
     for home in homes:
-        home[name] = _value(value)
+        home[name] = value_of(value)
     return None if homes == [ingest] else ".".join((*block, name))
 
 
-def _value(text: str) -> Any:
+def value_of(text: str) -> Any:
+    """What a value on the command line means: as in YAML, else the text."""
     try:
         return yaml.safe_load(text)
     except yaml.YAMLError:

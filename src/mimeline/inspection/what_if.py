@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import yaml
 
 from mimeline import tables
 from mimeline.clips.conditions import condition
@@ -19,7 +18,7 @@ from mimeline.clips.select import decide
 from mimeline.config import validate
 from mimeline.errors import BadConfig, NoSuchFile
 from mimeline.inspection.left_behind import has_run, rows_of, shards
-from mimeline.inspection.options import from_yaml
+from mimeline.inspection.options import from_yaml, value_of
 from mimeline.reporting.funnel import STAGES
 
 CONFIG = Path("config/config.yaml")
@@ -74,13 +73,16 @@ def what_if(
     """What the stages would do with other values of some keys.
 
     configs: the run's configuration files, over config/config.yaml. sets: "select.max_s=12", or
-    several values of a number, "select.max_s=8,10,12". ledger: the run's decisions.
+    several values of a number, "select.max_s=8,10,12", or the key again for another value. ledger:
+    the run's decisions.
     Raises BadConfig for a key that cannot be asked or a value that it may not have; NoSuchFile
     where the stage has not run.
     """
     values = configured(configs)
-    asked = [_asked(text) for text in sets]
-    several = [key for key, given in asked if len(given) > 1]
+    asked: dict[str, list[Any]] = {}
+    for key, given in map(_asked, sets):
+        asked.setdefault(key, []).extend(given)
+    several = [key for key, given in asked.items() if len(given) > 1]
     if len(several) > 1:
         raise BadConfig(
             "--set",
@@ -90,19 +92,19 @@ def what_if(
             remedy="Ask twice.",
         )
     run = _Run(Path(results), _checked(values))
-    stages = [stage for stage in BEFORE if any(key.startswith(f"{stage}.") for key, _ in asked)]
+    stages = [stage for stage in BEFORE if any(key.startswith(f"{stage}.") for key in asked)]
     end = _last_kept(ledger)
     changes, now, differ = [], {}, {}
     for stage in stages:
-        own = [(key, given) for key, given in asked if key.startswith(f"{stage}.")]
+        own = {k: given for k, given in asked.items() if k.startswith(f"{stage}.")}
         before = run.outcome(stage, run.config)
         told = ledger[(ledger["stage"] == stage)].drop_duplicates("clip_id")
         kept = told.loc[told["status"] == "kept", "clip_id"]
         stands = set(kept) ^ set(before.index[before == ""]) if len(told) else set()
         differ[stage] = sorted(stands)
-        now[stage] = run.change(stage, {k: run.value(k) for k, _ in own}, before, before, end)
-        for number in range(max(len(given) for _, given in own)):
-            chosen = {key: given[min(number, len(given) - 1)] for key, given in own}
+        now[stage] = run.change(stage, {k: run.value(k) for k in own}, before, before, end)
+        for number in range(max(len(given) for given in own.values())):
+            chosen = {key: given[min(number, len(given) - 1)] for key, given in own.items()}
             config = _checked(values, chosen)
             after = run.outcome(stage, config)
             changes.append(run.change(stage, chosen, before, after, end))
@@ -154,18 +156,11 @@ def _asked(text: str) -> tuple[str, list[Any]]:
         )
     default = defaults.get(key.partition(".")[2], 0.0)
     if isinstance(default, (int, float)):
-        return key, [_value(part) for part in told.split(",")]
+        return key, [value_of(part) for part in told.split(",")]
     if isinstance(default, list) and not told.strip().startswith("["):
         parts = [told] if key == "select.conditions" else told.split(",")
         return key, [[part.strip() for part in parts if part.strip()]]
-    return key, [_value(told)]
-
-
-def _value(text: str) -> Any:
-    try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError:
-        return text
+    return key, [value_of(told)]
 
 
 def _last_kept(ledger: pd.DataFrame) -> set[str]:

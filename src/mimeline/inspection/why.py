@@ -10,6 +10,7 @@ from pathlib import Path
 import pandas as pd
 
 from mimeline import tables
+from mimeline.clips.intervals import timed
 from mimeline.errors import BadFile, printable
 from mimeline.inspection import layout
 from mimeline.inspection.layout import BOLD, FAINT, GREEN, RED, YELLOW, Paint
@@ -196,21 +197,10 @@ def _facts(clip: pd.Series) -> dict[str, str]:
     facts["person"] = clip["subject_id"]
     if pd.notna(clip["width"]) and pd.notna(clip["height"]):
         facts["crop"] = f"{clip['width']} x {clip['height']} pixels"
-    facts["actions"] = _timed(clip["actions"])
-    facts["emotion"] = _timed(clip["emotions"]) or clip["emotion"]
+    facts["actions"] = ", ".join(map(timed, clip["actions"]))
+    facts["emotion"] = ", ".join(map(timed, clip["emotions"])) or clip["emotion"]
     facts["attributes"] = ", ".join(clip["attributes"])
     return {name: text for name, text in facts.items() if isinstance(text, str) and text}
-
-
-def _timed(items: Iterable[dict]) -> str:
-    """Names with the seconds that they last from and to, where these are known."""
-    told = []
-    for item in items:
-        times, about = (item["start_s"], item["end_s"]), item.get("uncertainty_s")
-        known = not any(pd.isna(time) for time in times)
-        give = f" ± {about:g}" if known and pd.notna(about) and about else ""
-        told.append(item["name"] + (f" {times[0]:.3g}–{times[1]:.3g} s{give}" if known else ""))
-    return ", ".join(told)
 
 
 def _files(results: Path, clip_id: str, film: str | None) -> dict[str, str]:

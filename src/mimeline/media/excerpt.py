@@ -4,7 +4,6 @@ Packets are copied as they are, with the times that the video gives them, into a
 any clock exactly. What such a file would not keep makes the child decline.
 """
 
-import errno
 import heapq
 import json
 import sys
@@ -21,13 +20,13 @@ from mimeline.media.demux import (
     first_picture,
     is_cover,
 )
-from mimeline.media.ranges import Answered, NoRanges, Passing, RemoteFile
+from mimeline.media.private_hosts import stay_out
+from mimeline.media.ranges import OF_THE_DISK, Answered, NoRanges, Passing, RemoteFile
 from mimeline.media.signature import kind_of
 
 LEAD_S = 1.0  # the order stored, by which a file is entered, runs ahead of the order shown
 AHEAD_S = 2  # of the video's clock, that of a piece from its start
 TAIL_S = 2.0  # pictures and sound of one time lie up to a second apart
-OF_THE_DISK = {errno.ENOSPC: "full", errno.EDQUOT: "full", errno.EFBIG: "large"}
 REORDERED = 32  # frames after the first among which the earliest is looked for
 
 
@@ -38,13 +37,11 @@ class Declined(Exception):
 def main() -> None:
     task = json.loads(sys.argv[1])
     av.logging.set_level(av.logging.ERROR)
+    stay_out(task.pop("origin"))
     try:
         facts = copied(**task)
-    except Answered as error:
-        facts = {"fault": "answered", "status": error.status, "said": str(error)}
-        facts["retry_after_s"] = error.retry_after_s
-    except Passing as error:
-        facts = {"fault": "passing", "said": str(error)}
+    except (Answered, Passing) as error:
+        facts = error.facts
     except NoRanges:
         facts = {"fault": "declined", "said": "the server gives whole files only"}
     except Declined as error:

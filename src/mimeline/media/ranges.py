@@ -1,16 +1,22 @@
-"""A file on a web server, read block by block where it is asked for."""
+"""Requests to web servers; a file on one, read block by block where it is asked for."""
 
 import email.utils
+import errno
 import io
+import re
 import time
 import urllib.error
 import urllib.request
 from collections import OrderedDict
-from http.client import HTTPException, HTTPMessage
+from collections.abc import Iterator
+from contextlib import contextmanager
+from http.client import HTTPException, HTTPMessage, HTTPResponse
 
 BLOCK = 1 << 16  # bytes
 MOST = 16  # blocks asked for at once: each time that reading goes on it is twice as many
 KEPT = 64  # blocks: pictures and sound lie apart in some files, and are read in turn
+GIVEN = re.compile(r"bytes ([0-9]{1,18})-[0-9]{1,18}/([0-9]{1,18})")  # Content-Range
+OF_THE_DISK = {errno.ENOSPC: "full", errno.EDQUOT: "full", errno.EFBIG: "large"}
 
 
 class NoRanges(Exception):
@@ -20,6 +26,11 @@ class NoRanges(Exception):
 class Passing(Exception):
     """The connection failed; it may hold another time."""
 
+    @property
+    def facts(self) -> dict:
+        """In the words of `remote.fault`."""
+        return {"fault": "passing", "said": str(self)}
+
 
 class Answered(Exception):
     """The server says no."""
@@ -27,6 +38,12 @@ class Answered(Exception):
     def __init__(self, status: int, reason: str, retry_after_s: float | None):
         super().__init__(f"{status} {reason}")
         self.status, self.retry_after_s = status, retry_after_s
+
+    @property
+    def facts(self) -> dict:
+        """In the words of `remote.fault`."""
+        facts = {"status": self.status, "retry_after_s": self.retry_after_s}
+        return {"fault": "answered", "said": str(self)} | facts
 
 
 class RemoteFile(io.RawIOBase):
@@ -38,14 +55,6 @@ class RemoteFile(io.RawIOBase):
 
     def __init__(self, address: str, headers: dict[str, str], stall_s: float):
         self._address, self._headers, self._stall_s = address, headers, stall_s
-        self._opener = urllib.request.OpenerDirector()  # the usual one opens local files too
-        for handler in (
-            *(urllib.request.ProxyHandler, urllib.request.HTTPHandler),
-            *(urllib.request.HTTPSHandler, urllib.request.HTTPRedirectHandler),
-            *(urllib.request.HTTPErrorProcessor, urllib.request.HTTPDefaultErrorHandler),
-            urllib.request.UnknownHandler,
-        ):
-            self._opener.add_handler(handler())
         self._blocks: OrderedDict[int, bytes] = OrderedDict()
         self._position, self.size = 0, None
         self._next, self._ahead = 0, 1  # the block after the last one fetched; how many to fetch
@@ -88,34 +97,69 @@ class RemoteFile(io.RawIOBase):
 
     def _fetched(self, since: int, until: int) -> bytes:
         headers = self._headers | {"Range": f"bytes={since}-{until - 1}"}
-        headers["Accept-Encoding"] = "identity"
-        request = urllib.request.Request(self._address, headers=headers)
         try:
-            with self._opener.open(request, timeout=self._stall_s) as reply:
-                size = reply.headers.get("Content-Range", "").rpartition("/")[2]
-                if reply.status != 206 or not size.isdigit():
+            with replying(self._address, headers, self._stall_s) as reply:
+                first, size = given(reply)
+                if first != since or size is None:
                     raise NoRanges
                 body = reply.read(until - since)
-        except urllib.error.HTTPError as error:
-            if error.code == 416:
+        except Answered as error:
+            if error.status == 416:
                 raise NoRanges from error
-            raise Answered(error.code, error.reason, retry_after_s(error.headers)) from error
-        except (HTTPException, OSError) as error:
-            raise Passing(str(error)) from error
-        if self.size not in (None, int(size)):
+            raise
+        if self.size not in (None, size):
             raise Passing(f"a file of {self.size} bytes has become one of {size}")
-        self.size = int(size)
+        self.size = size
         if len(body) < min(until, self.size) - since:
             raise Passing("the server broke off")
         return body
 
 
+@contextmanager
+def replying(address: str, headers: dict[str, str], stall_s: float) -> Iterator[HTTPResponse]:
+    """What an address of http or https replies; redirects are followed, proxies are used.
+
+    stall_s: how long the server may be silent, seconds.
+    Raises Answered or Passing, also while the reply is read.
+    """
+    opener = urllib.request.OpenerDirector()  # the usual one opens local files too
+    for handler in (
+        *(urllib.request.ProxyHandler, urllib.request.HTTPHandler),
+        *(urllib.request.HTTPSHandler, urllib.request.HTTPRedirectHandler),
+        *(urllib.request.HTTPErrorProcessor, urllib.request.HTTPDefaultErrorHandler),
+        urllib.request.UnknownHandler,
+    ):
+        opener.add_handler(handler())
+    headers = headers | {"Accept-Encoding": "identity"}
+    try:
+        request = urllib.request.Request(address, headers=headers)
+        with opener.open(request, timeout=stall_s) as reply:
+            yield reply
+    except urllib.error.HTTPError as error:
+        raise Answered(error.code, error.reason, retry_after_s(error.headers)) from error
+    except (HTTPException, OSError, ValueError) as error:  # ValueError: whither it sends us
+        if getattr(error, "errno", None) in OF_THE_DISK:
+            raise
+        raise Passing(str(error)) from error
+
+
+def given(reply: HTTPResponse) -> tuple[int | None, int | None]:
+    """The first byte that a reply gives, and the bytes of the whole file; None: it does not tell.
+
+    The first byte is None, too, of a reply that gives the whole file, whatever was asked for.
+    """
+    if reply.status == 206:
+        told = GIVEN.fullmatch(reply.headers.get("Content-Range", "").strip())
+        return (int(told[1]), int(told[2])) if told else (None, None)
+    return None, reply.length
+
+
 def retry_after_s(headers: HTTPMessage) -> float | None:
     """Seconds that a server asks to wait; None where it does not (RFC 9110, 10.2.3)."""
     said = headers.get("Retry-After", "").strip()
-    if said.isdigit():
+    if said.isdecimal():
         return float(said)
     try:
         return max(0.0, email.utils.parsedate_to_datetime(said).timestamp() - time.time())
-    except ValueError:
+    except (ValueError, OverflowError):
         return None

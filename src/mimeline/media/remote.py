@@ -2,6 +2,7 @@
 
 import errno
 import json
+import logging
 import signal
 import sys
 from dataclasses import dataclass, replace
@@ -15,8 +16,13 @@ from mimeline.media.ffmpeg import CONTAINERS, DECODERS
 from mimeline.media.limits import Limits, Refused, check_bytes, check_video
 from mimeline.media.probe import Probe, probe
 
+log = logging.getLogger(__name__)
+
+FOR_GOOD = (404, 410, 451)  # not found, gone, forbidden by law
 WAIT_AND_SEE = (408, 421, 425, 429)  # with all of 5xx: what a server says of the moment
 EXPECTED = "a video at this address"
+
+LONGEST_SAYING = 200  # characters
 
 
 class NotTaken(MimelineError):
@@ -29,7 +35,7 @@ class NotTaken(MimelineError):
 
 
 class Gone(NotTaken):
-    """It is not there, or not for us; asking again is no use."""
+    """It is not there; asking again is no use."""
 
     rule = "gone"
 
@@ -42,6 +48,10 @@ class Unreachable(NotTaken):
     def __init__(self, address: str, found: str, retry_after_s: float | None = None):
         self.retry_after_s = retry_after_s
         super().__init__(address, found, "Type `snakemake -R fetch` later: it is tried again.")
+
+
+class TurnedAway(Unreachable):
+    """We do not get it now, and shall not by asking at once; in another run we may."""
 
 
 class NotDownloaded(NotTaken):
@@ -63,6 +73,7 @@ class Address:
 
 
 def take_piece(
+    origin: str,
     pictures: Address,
     sound: Address | None,
     since_s: float,
@@ -73,13 +84,16 @@ def take_piece(
 ) -> tuple[Probe, float]:
     """Copy seconds of a video into target (NUT), transferring hardly more than these.
 
-    since_s, until_s: counted from the first frame shown. sound: None where the pictures bring it.
+    origin: the address that the user named; it led to those of pictures and sound.
+    sound: None where the pictures bring it.
+    since_s, until_s: counted from the first frame shown.
     stall_s: how long the server may be silent, seconds.
     Returns what target holds, on the clock of the whole video, and the whole video's length in
     seconds. Raises Declined if the piece would not equal one cut of the whole video; Gone,
     Unreachable; Refused if the video breaks the limits; OSError if the disk is full.
     """
     task = {
+        "origin": origin,
         "pictures": {"address": pictures.url, "headers": pictures.headers},
         "sound": sound and {"address": sound.url, "headers": sound.headers},
         "since_s": since_s,
@@ -93,8 +107,8 @@ def take_piece(
             "protocol_whitelist": "",
         },
     }
-    facts = told_by(excerpt.__file__, task, pictures.url, limits)
-    check_video(pictures.url, facts["width"], facts["height"], facts["claimed_s"], limits)
+    facts = told_by(excerpt.__file__, task, origin, limits)
+    check_video(origin, facts["width"], facts["height"], facts["claimed_s"], limits)
     piece = probe(target, limits)
     if piece.n_frames != facts["n_frames"]:
         raise Declined(f"{piece.n_frames} frames of {facts['n_frames']} in the piece")
@@ -118,13 +132,15 @@ def told_by(child: str, task: dict, address: str, limits: Limits) -> dict:
     try:
         outcome = run_confined(arguments, address, limits, file_bytes=limits.max_bytes)
     except Refused as error:
-        raise Unreachable(address, f"a server that takes more than {limits.timeout_s:g} s") from (
-            error
-        )
+        raise TurnedAway(
+            address, f"a server that takes more than {limits.timeout_s:g} s"
+        ) from error
     if outcome.code < 0:
-        raise Unreachable(address, f"a child that ends by {signal.Signals(-outcome.code).name}")
-    if outcome.code:
-        raise RuntimeError(f"the child that asks servers fails: {outcome.complaint}")
+        raise TurnedAway(address, f"a child that ends by {signal.Signals(-outcome.code).name}")
+    if outcome.code:  # a server that found a way to upset it must not end the run
+        log.error("the child that asks %s fails: %s", address, outcome.complaint)
+        last = outcome.complaint.strip().rpartition("\n")[2]
+        raise TurnedAway(address, f"a child that fails ({last})")
     facts = json.loads(outcome.said)
     if "fault" in facts:
         raise fault(address, limits, **facts)
@@ -139,7 +155,12 @@ def fault(
     status: int | None = None,
     retry_after_s: float | None = None,
 ) -> Exception:
-    """The error that a child speaks of."""
+    """The error that a child speaks of.
+
+    said: of the fault, perhaps in the server's own words. status: what the server answered for the
+    address itself.
+    """
+    said = "".join(sign if sign.isprintable() else " " for sign in said[:LONGEST_SAYING])
     if fault == "full":
         return OSError(errno.ENOSPC, FULL)
     if fault == "large":
@@ -156,4 +177,6 @@ def fault(
     )
     if passing:
         return Unreachable(address, said, retry_after_s)
-    return Gone(address, said, "Leave its clips out, or put the video in fetch.folder.")
+    if fault == "gone" or status in FOR_GOOD:
+        return Gone(address, said, "Leave its clips out, or put the video in fetch.folder.")
+    return TurnedAway(address, said)

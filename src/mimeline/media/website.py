@@ -5,6 +5,7 @@ import errno
 import json
 import sys
 from collections.abc import Iterator
+from urllib.parse import unquote, urlsplit
 
 import yt_dlp
 from yt_dlp.networking.exceptions import HTTPError, TransportError
@@ -12,18 +13,18 @@ from yt_dlp.utils import (
     ContentTooShortError,
     DownloadError,
     ExtractorError,
-    GeoRestrictedError,
     UnsupportedError,
 )
 
+from mimeline.media.private_hosts import stay_out
 from mimeline.media.ranges import retry_after_s
 
-# What sites say: the first list is of the moment, the second for good. Else: perhaps later.
-PASSING = ("try again", "not a bot", "rate-limit", "rate limit", "too many requests", "temporar")
+# What sites say: the first list is of the moment, the second for good. All else ("unavailable",
+# "sign in") they also say to those who ask too often.
+PASSING = ("try again", "too many requests", "temporar")
 LASTING = (
-    *("unavailable", "not available", "private", "removed", "deleted", "terminated", "copyright"),
-    *("does not exist", "no longer", "members-only", "confirm your age", "age-restricted"),
-    *("sign in", "log in", "drm protect", "not found", "blocked"),
+    *("private", "removed", "deleted", "terminated", "taken down", "no longer available"),
+    *("does not exist", "doesn't exist", "drm protect"),
 )
 
 BUFFER = 1 << 16  # bytes: what of them has come when a connection breaks is lost
@@ -53,17 +54,17 @@ class Quiet:
 
 def main() -> None:
     task = json.loads(sys.argv[1])
+    stay_out(task["address"])
     with contextlib.redirect_stdout(sys.stderr):
         try:
             facts = asked(**task)
         except Exception as error:
-            facts = fault_of(error)
+            facts = fault_of(error, task["address"])
     print(json.dumps(facts))
 
 
 def asked(
     address: str,
-    ending: str | None,
     target: str | None,
     max_height: int,
     max_pixels: int,
@@ -74,7 +75,6 @@ def asked(
 ) -> dict:
     """Where pictures and sound of a video lie; or, with a target, the path of its download.
 
-    ending: of the address of a file, which needs no looking for; None for a page.
     target: path without ending. A download that was broken off is taken up.
     A video beyond the limits is not downloaded: then there is neither.
     """
@@ -106,16 +106,11 @@ def asked(
         "progress_hooks": [watched],
     }
     with yt_dlp.YoutubeDL(options) as site:
-        if ending is None:
-            info = site.extract_info(address, download=False)
-        else:
-            file = {"id": "video", "title": "video", "url": address, "ext": ending}
-            file |= {"extractor": "generic", "extractor_key": "Generic"}
-            info = site.process_ie_result(file, download=False)
+        info = site.extract_info(address, download=False)
         if info.get("_type", "video") != "video":
             raise Said("gone", "an address of several videos")
         if info.get("is_live"):
-            raise Said("passing", "a broadcast that goes on")
+            raise Said("refused", "a broadcast that goes on")
         parts = info.get("requested_formats") or [info]
         facts = {
             "width": max(part.get("width") or 0 for part in parts),
@@ -135,14 +130,17 @@ def asked(
         except DownloadError as error:
             # A site's own address of a file serves for a while: a new one may be better.
             status = next((e.status for e in causes(error) if isinstance(e, HTTPError)), None)
-            if ending is None and status is not None and status < 500 and status != 429:
+            if status is not None and status < 500 and status != 429:
                 raise Said("passing", in_short(error)) from error
             raise
         return facts | {"path": done["requested_downloads"][0]["filepath"]}
 
 
-def fault_of(error: Exception) -> dict:
-    """What is wrong, in the words of `remote.fault`."""
+def fault_of(error: Exception, page: str) -> dict:
+    """What is wrong, in the words of `remote.fault`.
+
+    page: the address that was looked through. What another that it needs answers is not said of it.
+    """
     chain = list(causes(error))
     said = in_short(error)
     numbers = {e.errno for e in chain if isinstance(e, OSError)}
@@ -155,19 +153,27 @@ def fault_of(error: Exception) -> dict:
             return {"fault": e.fault, "said": said}
         if isinstance(e, HTTPError):
             wait_s = retry_after_s(e.response.headers)
-            return {"fault": "answered", "status": e.status, "said": said, "retry_after_s": wait_s}
-    if any(isinstance(e, UnsupportedError | GeoRestrictedError) for e in chain):
-        return {"fault": "gone", "said": said}
-    low = said.lower()
+            facts = {"fault": "answered", "status": e.status, "retry_after_s": wait_s}
+            if e.status > 499 or e.status == 429 or same(e.response.url, page):
+                return facts | {"said": said}
+    if any(isinstance(e, UnsupportedError) for e in chain):
+        return {"fault": "stumped", "said": said}
+    low = next((e.orig_msg for e in chain if isinstance(e, ExtractorError)), said).lower()
     if any(words in low for words in PASSING):
         return {"fault": "passing", "said": said}
     if any(isinstance(e, TransportError | ContentTooShortError | OSError) for e in chain):
         return {"fault": "passing", "said": said}
     if any(isinstance(e, ExtractorError) and e.expected for e in chain):
         lasting = any(words in low for words in LASTING)
-        return {"fault": "gone" if lasting else "passing", "said": said}
+        return {"fault": "gone" if lasting else "refused", "said": said}
     alone = all(isinstance(e, DownloadError) for e in chain)
     return {"fault": "passing" if alone else "stumped", "said": said}
+
+
+def same(one: str, other: str) -> bool:
+    """Whether two addresses are one, however they are quoted and whatever the scheme."""
+    parts = (urlsplit(unquote(address)) for address in (one, other))
+    return len({(part.netloc.lower(), part.path or "/", part.query) for part in parts}) == 1
 
 
 def causes(error: BaseException | None) -> Iterator[BaseException]:

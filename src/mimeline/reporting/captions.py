@@ -7,6 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from mimeline import tables
+from mimeline.clips.description.stretches import is_untimed
 from mimeline.reporting.album import Album, Shot
 from mimeline.reporting.drawing import Scale, second_ticks
 from mimeline.reporting.shows import thing
@@ -47,7 +48,7 @@ class Told:
 
 @dataclass(frozen=True)
 class Caption:
-    """A clip with what is told of it; facts: what holds for all of it."""
+    """A clip with what is told of it; facts: what holds for all of it, or nobody says when."""
 
     clip_id: str
     facts: list[str]
@@ -118,7 +119,9 @@ def _caption(
     x = Scale(0, length_s, LEFT, WIDTH)
     marks = {
         "catalogue": [
-            (m["name"], m["start_s"], m["end_s"], m["uncertainty_s"]) for m in _listed(clip)
+            (m["name"], m["start_s"], m["end_s"], m["uncertainty_s"])
+            for m in _listed(clip)
+            if not is_untimed(m, length_s)
         ],
         "timeline": [
             (row.action, row.start_frame / fps, row.end_frame / fps, 0.0)
@@ -130,7 +133,11 @@ def _caption(
         rows = _rows(marks[source], length_s, x)
         written = own.sort_values("number")["text"].head(TEXTS).tolist()
         told.append(Told(source, rows, written, ROW * len(rows)))
+    sometime = [m["name"] for m in _listed(clip) if is_untimed(m, length_s)]
+    if not len(clip["emotions"]) and isinstance(clip["emotion"], str):
+        sometime.append(clip["emotion"])
     facts = [thing(name) for name in dict.fromkeys(clip["attributes"])]
+    facts += [f"{thing(name)} at some time" for name in dict.fromkeys(sometime)]
     shot = album.ask(clip["clip_id"], int(clip["n_frames"]) // 2, SIZE)
     ticks = [(x(s), f"{s:g}") for s in second_ticks(0, length_s, most=8)]
     return Caption(clip["clip_id"], facts, shot, told, ticks, x(length_s))

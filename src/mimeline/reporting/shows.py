@@ -7,6 +7,7 @@ from pathlib import Path
 import pandas as pd
 
 from mimeline import tables
+from mimeline.clips.description.frequencies import MOVING
 from mimeline.reporting import words
 from mimeline.vocabulary import ACTIONS
 
@@ -19,7 +20,6 @@ KINDS = {  # in the table's words → heading
     "attribute": "What holds for the whole clip",
 }
 MUCH = 2.0  # times as often
-MOVING = ("action", "emotion", "timeline")
 
 
 @dataclass(frozen=True)

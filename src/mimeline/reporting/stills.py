@@ -2,7 +2,7 @@
 
 import logging
 import tempfile
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -13,8 +13,8 @@ import pandas as pd
 
 from mimeline import tables
 from mimeline.clips.catalogues.folder import lies_in
-from mimeline.clips.catalogues.videos import videos_in
 from mimeline.clips.piece import SIDES, Piece
+from mimeline.clips.source import local_videos
 from mimeline.errors import MimelineError
 from mimeline.media.cut import cut
 from mimeline.media.frames import read_frames
@@ -83,16 +83,6 @@ def stills(
     rows = rows[rows["clip_id"].isin(wanted)]
     return {
         clip.clip_id: Still(clip, path, is_cut, limits)
-        for clip, path, is_cut in _local(rows, Path(data), folder)
+        for clip, path, is_cut in local_videos(rows, Path(data), folder)
+        if path is not None and (pd.isna(clip.video) or lies_in(path, Path(data)))
     }
-
-
-def _local(rows: pd.DataFrame, data: Path, folder: str | None) -> Iterator[tuple]:
-    """Each clip with its video and whether that is the clip itself, as `fetch` finds them."""
-    videos = {} if folder is None or rows.empty else videos_in(data / folder)
-    for clip in rows.itertuples():
-        if isinstance(clip.video, str):
-            if lies_in(data / clip.video, data):
-                yield clip, data / clip.video, False
-        elif path := videos.get(clip.clip_id) or videos.get(clip.source_id):
-            yield clip, path, clip.clip_id in videos

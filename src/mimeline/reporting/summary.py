@@ -56,7 +56,8 @@ def lead(way: Funnel, parts: pd.DataFrame, regions: Sequence[Region], truth: boo
         return ["No clip came through. The funnel below says at which stage each one was lost."]
     lost = way.entered - way.kept
     text = f"Of {words.clips(way.entered)}, {words.count(way.kept)} came through"
-    text += f"; the reason of each of the other {words.count(lost)} stands below." if lost else "."
+    others = "the other" if lost == 1 else f"each of the other {words.count(lost)}"
+    text += f"; the reason of {others} stands below." if lost else "."
     sentences = [text]
     clusters = [f"{len(r.clusters)} for the {r.name}" for r in regions if r.clusters]
     if clusters:

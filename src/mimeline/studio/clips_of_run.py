@@ -6,6 +6,7 @@ from pathlib import Path
 import pandas as pd
 
 from mimeline import tables
+from mimeline.clips.description.stretches import is_untimed
 from mimeline.errors import NoSuchFile
 from mimeline.reporting import words
 from mimeline.reporting.funnel import STAGES
@@ -64,7 +65,7 @@ class ClipsOfRun:
             "texts": [text for text in clip["texts"] if text],
             "length_s": float(clip["end_s"] - clip["start_s"]),
             "fps": _rate(clip),
-            "tracks": _tracks(clip["actions"], "action") + _tracks(clip["emotions"], "emotion"),
+            "tracks": _tracks(clip, "actions", "action") + _tracks(clip, "emotions", "emotion"),
             "ledger": ledger,
             "film": clip_id in self.media["film"],
             "sound": clip_id in self.media["sound"],
@@ -142,6 +143,9 @@ def _facts(clip: pd.Series) -> Iterable[tuple[str, str]]:
     if pd.notna(clip["width"]) and pd.notna(clip["height"]):
         yield "Size", f"{clip['width']} × {clip['height']} px"
     yield "Emotion", _text(clip["emotion"])
+    spans = [*clip["actions"], *clip["emotions"]]
+    sometime = [span["name"] for span in spans if _untimed(clip, span)]
+    yield "At some time", ", ".join(name.replace("_", " ") for name in sometime)
     yield "Attributes", ", ".join(name.replace("_", " ") for name in clip["attributes"])
 
 
@@ -150,10 +154,15 @@ def _rate(clip: pd.Series) -> float | None:
     return float(clip["fps_num"] / clip["fps_den"]) if known else None
 
 
-def _tracks(intervals, kind: str) -> list[dict]:
+def _untimed(clip: pd.Series, span: dict) -> bool:
+    return is_untimed(span, clip["end_s"] - clip["start_s"])
+
+
+def _tracks(clip: pd.Series, column: str, kind: str) -> list[dict]:
     """A track per name, in the order in which they begin; uncertainty of an edge in seconds."""
     tracks: dict[str, list] = {}
-    for span in sorted(intervals, key=lambda span: (span["start_s"], span["name"])):
+    timed = [span for span in clip[column] if not _untimed(clip, span)]
+    for span in sorted(timed, key=lambda span: (span["start_s"], span["name"])):
         unsure = span["uncertainty_s"]
         edges = [span["start_s"], span["end_s"], 0.0 if pd.isna(unsure) else unsure]
         tracks.setdefault(span["name"], []).append(edges)

@@ -3,9 +3,6 @@
 What it asks of a person is rule 2 of Höll 2024, 5.1: occlusion, a wrong crop, low quality.
 """
 
-import json
-import re
-import shlex
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -15,12 +12,12 @@ from flask import Blueprint, Flask, abort, render_template, request
 from mimeline.clips.exclusions import REASONS
 from mimeline.errors import NoSuchFile
 from mimeline.reporting import words
+from mimeline.run import recall
 from mimeline.studio import server
 from mimeline.studio.clips_of_run import ClipsOfRun
 from mimeline.studio.decisions import MOST_CHARACTERS, Decision, Decisions, fits
 
 TELL = partial(print, flush=True)  # at once, also where it is piped
-PLAIN = re.compile(r"[\w./-]+")  # needs no quotes in YAML
 UNFIT = (
     f"A reason is one line of at most {MOST_CHARACTERS} characters and does not begin with "
     "=, +, - or @."
@@ -55,8 +52,8 @@ def clips_with_films(results: Path) -> ClipsOfRun:
             Path(results) / "fetch",
             found=f"no film of its {words.clips(len(clips.clips))}",
             expected="films to look at",
-            remedy="Run `snakemake --cores 2 --until fetch` with the videos in fetch.folder, or "
-            "with fetch.url; a run on tracking alone has nothing to show.",
+            remedy=f"Run `{recall(results).command('--until', 'fetch')}` with the videos in "
+            "fetch.folder, or with fetch.url; a run on tracking alone has nothing to show.",
         )
     return clips
 
@@ -125,12 +122,8 @@ def closing(clips: ClipsOfRun, decisions: Decisions, exclusions: Path) -> str:
         text += f" The list has {words.clips(others)} besides that this run does not."
     if not decisions.exclusions.exists():
         return text
-    quoted = exclusions if PLAIN.fullmatch(str(exclusions)) else json.dumps(str(exclusions))
-    chosen = shlex.quote(f"select={{exclusions: {quoted}}}")
-    return (
-        f"{text}\nThe list is {exclusions}. To run without them:\n"
-        f"  snakemake --cores 2 --config {chosen}"
-    )
+    again = recall(clips.results).command(select={"exclusions": str(exclusions)})
+    return f"{text}\nThe list is {exclusions}. To run without them:\n  {again}"
 
 
 def _posted(body: object) -> tuple[str, Decision, Decision]:

@@ -113,3 +113,11 @@ def test_a_file_without_its_names_is_no_such_catalogue(tmp_path, content):
     (tmp_path / "info.json").write_text(json.dumps(content))
     with pytest.raises(BadFile, match=r"info.json.*celebvhq_info.json as published"):
         read(tmp_path, "info.json")
+
+
+def test_clips_that_stand_there_twice_are_not_passed_over(tmp_path):
+    meta, clips = json.dumps(META), json.dumps({"a_0": record()})
+    text = f'{{"meta_info": {meta}, "clips": {clips}, "clips": {{}}}}'
+    (tmp_path / "info.json").write_text(text)
+    with pytest.raises(BadFile, match="key 'clips' twice"):
+        read(tmp_path, "info.json")

@@ -222,7 +222,7 @@ def test_a_pickle_that_would_run_something_is_refused_and_runs_nothing(catalogue
         (b"", "an empty file", "again"),
         (b"PK\x03\x04", "ZIP", "Unpack it"),
         (b'{"a_0": {"ytb_id"', "char", "again"),
-        (b'"\xff"', "utf-8", "again"),
+        (b'"\xff"', "byte 2 that is no UTF-8", "again"),
         (b"[" * 100_000, "deep nesting", "again"),
         (b'{"a": 1' + b"0" * 5000 + b"}", "digits", "again"),
         (b"[]", "list", "again"),

@@ -2,6 +2,7 @@ import csv
 import io
 import logging
 
+import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
@@ -72,10 +73,26 @@ def test_times_that_are_not_told_are_the_videos(data, put, catalogued):
     assert "y.mp4: found no such file" in found.ledger.loc["c", "detail"]
 
 
-def test_of_several_emotions_the_longest_is_the_clips_own(read):
-    (row,), _ = read("clip_id,source_id,end_s,emotions\na,s,5,sad@0-2;happy@2-5\n")
-    assert row["emotion"] == "happy"
-    assert [emotion["name"] for emotion in row["emotions"]] == ["sad", "happy"]
+def test_of_several_emotions_the_one_shown_longest_in_all_is_the_clips_own(data, catalogued):
+    told = "happy@0-1;sad@1-2.5;happy@2.5-3.5"
+    (data / "clips.csv").write_text(f"clip_id,source_id,end_s,emotions\na,s,5,{told}\n")
+    assert catalogued(data, "table").clips.loc["a", "emotion"] == "happy"
+
+
+def test_a_runs_own_table_of_clips_is_a_catalogue(data, catalogued):
+    moments = [
+        {"name": "nod", "start_s": second, "end_s": second, "uncertainty_s": 1.0}
+        for second in (0.0, 2.0, 6.0)
+    ]
+    clip = {"clip_id": "a", "source_id": "s", "start_s": 4.0, "end_s": 10.0, "actions": moments}
+    told = {"emotion": "sad", "emotions": [], "attributes": ["male"], "texts": ["He nods."]}
+    rows = pd.DataFrame([clip | told], columns=tables.CLIPS.schema.names).assign(shard=0)
+    tables.write(tables.CLIPS, rows, data / "clips.parquet")
+    (again,) = (
+        catalogued(data, "table", file="clips.parquet").clips.reset_index().to_dict("records")
+    )
+    assert list(again["actions"]) == moments
+    assert (again["start_s"], again["emotion"], list(again["texts"])) == (4.0, "sad", ["He nods."])
 
 
 def test_ids_stay_the_text_that_they_are(read):
@@ -152,16 +169,23 @@ def test_times_that_run_backwards_and_paths_that_lead_out_are_told_by_the_stage(
     assert rules == {"a": "bad_times", "b": "unsafe_path", "c": "unsafe_path", "../e": "unsafe_id"}
 
 
-def test_a_video_outside_of_the_data_is_not_looked_into(tmp_path, put):
-    put(tmp_path, "secret.mp4")
-    (tmp_path / "data").mkdir()
-    (tmp_path / "data" / "link.mp4").symlink_to(tmp_path / "secret.mp4")
-    videos = ("../secret.mp4", str(tmp_path / "secret.mp4"), "link.mp4", "a\x00b", "/", ".", "..")
+def test_a_video_outside_of_the_data_is_not_looked_into(tmp_path, put, catalogued):
+    data = put(tmp_path, "secret.mp4") / "data"
+    data.mkdir()
+    (data / "link.mp4").symlink_to(tmp_path / "secret.mp4")
+    videos = ("../secret.mp4", str(tmp_path / "secret.mp4"), "a\x00b", "/", ".", "..", "link.mp4")
     lines = "".join(f"c{n},{video}\n" for n, video in enumerate(videos))
-    (tmp_path / "data" / "clips.csv").write_text(f"clip_id,video\n{lines}")
-    rows, bad = table.read(tmp_path / "data", "clips.csv", Limits())
-    assert rows == [] and len(bad) == len(videos)
-    assert "leads out of data_dir" in str(bad[0][1])
+    (data / "clips.csv").write_text(f"clip_id,video\n{lines}")
+    found = catalogued(data, "table")
+    assert found.clips["video"].tolist() == ["link.mp4"]  # the user's own
+    failed = found.ledger.drop("c6")
+    assert (failed["rule"] == "unsafe_path").all() and len(failed) == 6
+    assert "leads out of data_dir" in failed.loc["c0", "detail"]
+
+
+def test_a_quotation_mark_that_nothing_closes_is_named_by_its_line(read):
+    with pytest.raises(BadFile, match="begins in line 3: found unexpected end of data"):
+        read('clip_id,source_id,end_s\na,s,3\n"b,s,3\nc,s,4\n')
 
 
 @pytest.mark.parametrize(

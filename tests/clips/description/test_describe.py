@@ -83,14 +83,14 @@ def test_what_a_clip_shows_is_told_from_its_catalogue_and_from_its_timeline(desc
     texts = by_clip(described(CLIPS, INTERVALS)[0])
     assert texts["talks", "catalogue"][0] == (
         "To begin with, the woman talks for some time, then she talks and smiles for a short time, "
-        "in the end she smiles for some time"
+        "in the end she smiles for some time."
     )
-    assert texts["talks", "timeline"][0] == "The woman looks to her left for some time, blinking"
-    assert texts["acts", "catalogue"][0] == "The man looks very angry the whole time"
-    assert texts["untimed", "catalogue"][0] == "The man nods and looks happy"
+    assert texts["talks", "timeline"][0] == "The woman looks to her left for some time, blinking."
+    assert texts["acts", "catalogue"][0] == "The man looks very angry the whole time."
+    assert texts["untimed", "catalogue"][0] == "The man nods and looks happy."
     assert (
         texts["silent", "timeline"][0]
-        == "After a while, the person keeps their head up for a long time"
+        == "After a while, the person keeps their head up for a long time."
     )
     assert ("silent", "catalogue") not in texts and ("acts", "timeline") not in texts
 
@@ -136,14 +136,19 @@ def test_names_without_a_template_are_told_once(described, caplog):
     clips = [clip(f"c{n}", [("juggles_balls", 0, 9, 0.0)]) for n in range(5)]
     with caplog.at_level(logging.WARNING, logger="mimeline"):
         texts = described(clips)[0]["text"]
-    assert texts[0] == "The person juggles balls the whole time"
+    assert texts[0] == "The person juggles balls the whole time."
     (warning,) = [record.getMessage() for record in caplog.records]
     assert "juggles_balls as 'juggles balls'" in warning
 
 
 def test_the_length_is_that_of_the_frames_where_they_are_known(described):
     cut = clip("cut", [("smile", 0, 4, 0.0)], n_frames=120)
-    assert described([cut])[0]["text"][0] == "The person smiles the whole time"
+    assert described([cut])[0]["text"][0] == "The person smiles the whole time."
+
+
+def test_what_nobody_timed_stays_so_where_the_film_is_a_frame_longer(described):
+    longer = clip("longer", [("nod", 0, 9, None)], n_frames=271)
+    assert described([longer])[0]["text"][0] == "The person nods."
 
 
 def test_a_timeline_without_a_frame_rate_is_not_told(described):
@@ -160,7 +165,7 @@ def test_no_clip_and_nothing_to_tell_give_empty_tables_with_a_reason(described, 
 
 def test_a_name_of_a_template_in_other_letters_is_that_template(described):
     texts = described([clip("c", [("Shake head", 0, 9, 0.0)])])[0]["text"]
-    assert texts[0] == "The person shakes their head the whole time"
+    assert texts[0] == "The person shakes their head the whole time."
 
 
 def test_own_templates_are_used_and_their_mistakes_told(described, tmp_path):

@@ -12,7 +12,7 @@ from mimeline.vocabulary import ACTIONS
 
 FIGURE = (
     "To begin with, the woman talks and gazes for a short time, then she talks, gazes and frowns "
-    "for a short time, in the end she talks, gazes and blinks for a long time"
+    "for a short time, in the end she talks, gazes and blinks for a long time."
 )
 CELEBV_TEXT = re.findall(
     r"\w+",
@@ -36,7 +36,11 @@ def scene(lexicon, actions, duration_s, subject="female", uncertainty_s=0.0, **f
         {"name": name, "start_s": start, "end_s": end, "uncertainty_s": uncertainty_s}
         for name, start, end in actions
     ]
-    parts = told(runs(given, duration_s), duration_s, 1.0, 5, 50, lexicon.rank, lambda name: 2)
+    all_runs, rank = runs(given, duration_s), lexicon.rank
+    parts = told(
+        *(all_runs, duration_s, 1.0, 5, 50, rank),
+        n_words=lambda name: lexicon.said(name, subject).n_words,
+    )
     noun = getattr(lexicon.templates.subjects, subject).noun
     known = {"nouns": [noun], "untimed": []} | facts
     return Scene(subject, known["nouns"], known["untimed"], parts, duration_s, 1.0)
@@ -79,7 +83,7 @@ def test_every_known_action_has_forms_that_agree(lexicon, name):
 @pytest.mark.parametrize("emotion", [*CELEBV_EMOTIONS, *ACTED_EMOTIONS])
 def test_every_known_emotion_is_a_look(lexicon, emotion):
     text = plain(lexicon, [(lexicon.emotion(emotion), 0, 5)], 5.0, subject="male")
-    assert re.fullmatch(r"The man looks \w+ the whole time", text)
+    assert re.fullmatch(r"The man looks \w+ the whole time\.", text)
     assert lexicon.untold == {}
 
 
@@ -93,7 +97,7 @@ def test_every_known_emotion_is_a_look(lexicon, emotion):
 )
 def test_pronouns_and_verbs_agree(lexicon, subject, expected):
     actions = [("shake_head", 0, 6), ("smile", 6, 10)]
-    assert plain(lexicon, actions, 10.0, subject) == f"{expected} for some time"
+    assert plain(lexicon, actions, 10.0, subject) == f"{expected} for some time."
 
 
 def test_a_person_named_again_is_one(lexicon):
@@ -107,7 +111,7 @@ def test_a_person_named_again_is_one(lexicon):
 def test_left_and_right_are_the_persons_own(lexicon):
     text = plain(lexicon, [("GazeLeft", 0, 5), ("HeadRight", 5, 10)], 10.0, "male")
     assert "he looks to his left" not in text and "the man looks to his left" in text
-    assert "turns his head to his right" in text
+    assert "keeps his head turned to his right" in text
 
 
 @pytest.mark.parametrize(
@@ -123,34 +127,62 @@ def test_left_and_right_are_the_persons_own(lexicon):
 )
 def test_what_passes_is_told_beside_what_lasts(lexicon, passing, expected):
     text = plain(lexicon, [("smile", 0, 9), *passing], 9.0)
-    assert text == f"The woman smiles the whole time, {expected}"
+    assert text == f"The woman smiles the whole time, {expected}."
 
 
 def test_what_passes_alone_is_told_in_full_verbs(lexicon):
-    assert plain(lexicon, [("EyeClose", 0, 0.2)], 9.0) == "The woman blinks"
-    assert plain(lexicon, [("nod", 0.3, 0.8)], 9.0, "male") == "The man briefly nods"
+    assert plain(lexicon, [("EyeClose", 0, 0.2)], 9.0) == "The woman blinks."
+    assert plain(lexicon, [("nod", 0.3, 0.8)], 9.0, "male") == "The man briefly nods."
 
 
 def test_a_short_time_of_unsure_length_is_not_called_brief(lexicon):
     text = plain(lexicon, [("smile", 0, 9), ("nod", 3, 3.5)], 9.0, uncertainty_s=1.0)
-    assert text == "The woman smiles the whole time, at one point nodding"
+    assert text == "The woman smiles the whole time, at one point nodding."
 
 
 def test_a_clip_that_starts_or_pauses_with_nothing_says_when(lexicon):
     actions = [("smile", 2, 4), ("nod", 6, 8), ("smile", 8, 9.5)]
     assert plain(lexicon, actions, 12.0) == (
         "After a while, the woman smiles for a short time, a little later, she nods for a short "
-        "time, then she smiles for a short time"
+        "time, then she smiles for a short time."
     )
 
 
 def test_what_passes_alone_is_told_when_it_happens(lexicon):
     actions = [("smile", 0, 4), ("nod", 7, 7.5), ("EyeClose", 8.8, 9)]
-    assert plain(lexicon, actions[1:2], 12.0) == "After a while, the woman briefly nods"
+    assert plain(lexicon, actions[1:2], 12.0) == "After a while, the woman briefly nods."
     assert plain(lexicon, actions, 12.0) == (
-        "To begin with, the woman smiles for a short time, a little later, she at times nods and "
-        "blinks"
+        "To begin with, the woman smiles for a short time, a little later, she nods and blinks."
     )
+
+
+def test_what_goes_on_from_before_does_not_begin_anew(lexicon):
+    turns = Run(3.5, 8, "HeadLeft"), Run(8.5, 8.8, "HeadLeft")
+    parts = [Stretch(0, 5, ("smile",)), Stretch(5, 9, (), turns)]
+    text = texts_of(Scene("female", ["woman"], [], parts, 9.0, 1.0), lexicon, 1, "key")[0]
+    assert text.endswith(", then she at times keeps her head turned to her left.")
+
+
+def test_what_passes_beside_an_emotion_that_lasts_is_told_when_it_happens(lexicon):
+    sad = (lexicon.emotion("sad"), 0, 9.5)
+    text = plain(lexicon, [sad, ("gaze", 0.9, 3.9), ("nod", 7, 7.5)], 9.5)
+    assert text == (
+        "The woman looks sad the whole time. To begin with, she gazes for some time, a little "
+        "later, she briefly nods."
+    )
+    text = plain(lexicon, [sad, ("nod", 3, 3.5), ("smile", 5, 9.5)], 9.5)
+    assert text.startswith("The woman looks sad the whole time. After a while, she briefly nods,")
+
+
+def test_the_start_of_a_busy_timeline_is_told(lexicon):
+    timeline = """EyeSquint 0-1.7, SoftSmile 0-1.97, GazeRight 0-0.33, HeadDown 0.67-1.03,
+        GazeUp 0.83-2.53, HeadLeft 1.67-3.2, BrowUp 2.2-4.27, EyeClose 2.9-3, HeadLeft 3.23-3.33,
+        MouthFrown 4.2-6.17, GazeDown 4.33-5.33, EyeSquint 4.8-7.9, HeadLeft 4.93-5.5,
+        HeadDown 5.3-6.3, HeadLeft 5.57-7.6, GazeLeft 6.4-8.27, BrowUp 7.07-8.9, GazeUp 7.9-8.9"""
+    actions = [
+        (name, *map(float, times.split("-"))) for name, times in map(str.split, timeline.split(","))
+    ]
+    assert plain(lexicon, actions, 8.9).startswith("To begin with, the woman smiles softly")
 
 
 def test_an_emotion_that_lasts_is_told_once(lexicon):
@@ -167,7 +199,7 @@ def test_an_emotion_that_changes_is_part_of_the_stretches(lexicon):
     text = plain(lexicon, [(sad, 0, 4), (happy, 4, 9), ("talk", 0, 9)], 9.0)
     assert text == (
         "To begin with, the woman talks and looks sad for some time, then she talks and looks "
-        "happy for a long time"
+        "happy for a long time."
     )
 
 
@@ -177,9 +209,11 @@ def test_neutral_is_neither_strong_nor_weak(lexicon):
 
 def test_what_nobody_timed_is_told_without_times(lexicon):
     text = plain(lexicon, [], 9.0, untimed=["talk", "smile", lexicon.emotion("happy")])
-    assert text == "The woman talks, smiles and looks happy"
+    assert text == "The woman talks, smiles and looks happy."
     text = plain(lexicon, [("nod", 0, 9)], 9.0, untimed=["talk", "smile"])
     assert text == "The woman talks and smiles. She nods the whole time."
+    text = plain(lexicon, [], 9.0, untimed=["close_eyes"])
+    assert text == "The woman closes her eyes."  # not that she keeps them closed
 
 
 def test_texts_differ_and_the_same_key_gives_the_same(lexicon):
@@ -202,7 +236,7 @@ def test_every_wording_of_the_figure_is_a_sentence_of_the_same_actions(lexicon):
     told = scene(lexicon, actions, 11.0, uncertainty_s=1.0)
     for text in texts_of(told, lexicon, 500, "key"):
         assert "  " not in text and " ," not in text and ",," not in text and "{" not in text
-        assert text[0].isupper()
+        assert text[0].isupper() and text.endswith(".") and ".." not in text
         assert re.match(r"[^.]*\b(talk|gaze|talking|gazing)", text)
         first, *_, last = re.split(r"\b(?:woman|she)\b", text)[1:]
         assert "frown" not in first and "blink" not in first
@@ -215,7 +249,7 @@ def test_stretches_that_tell_the_same_are_told_for_what_they_are():
     text = texts_of(Scene("male", ["man"], [], parts, 9.0, 1.0), lexicon, 1, "key")[0]
     assert text == (
         "To begin with, the man talks for some time, a little later, he talks for a short time, "
-        "briefly nodding"
+        "briefly nodding."
     )
 
 
@@ -241,5 +275,5 @@ def test_an_action_without_a_template_is_told_by_its_name(name, expected):
 def test_a_name_that_looks_like_a_slot_is_put_in_as_it_stands(lexicon):
     own = Lexicon(read_templates())
     text = plain(own, [("waves_{their.mro}\x1b[31m", 0, 5)], 5.0)
-    assert text == "The woman waves {their.mro}\N{REPLACEMENT CHARACTER}[31m the whole time"
+    assert text == "The woman waves {their.mro}\N{REPLACEMENT CHARACTER}[31m the whole time."
     assert len(own.untold) == 1

@@ -3,7 +3,7 @@ import random
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mimeline.clips.description.stretches import Run, runs
+from mimeline.clips.description.stretches import Run, Stretch, runs
 from mimeline.clips.description.telling import told
 
 MIN_S = 1.0
@@ -104,7 +104,7 @@ def test_a_busy_clip_is_told_in_few_stretches_and_what_they_say_is_seen(clip, mo
                 away = min(max(run.start_s - time, time - run.end_s) for run in same)
                 assert away <= MIN_S  # the longest uncertainty is no longer
         for run in part.passing:
-            assert part.start_s <= (run.start_s + run.end_s) / 2 <= part.end_s
+            assert min(run.end_s, part.end_s) > max(run.start_s, part.start_s)
 
 
 def test_figure_5_5_has_three_stretches():
@@ -147,6 +147,13 @@ def test_intervals_of_one_action_that_touch_are_one():
     assert [(run.start_s, run.end_s) for run in all_runs] == [(1, 5)]
 
 
+def test_a_pause_that_nobody_sees_is_none_in_a_text():
+    flickering = runs([interval("GazeUp", 2.33, 2.73), interval("GazeUp", 2.77, 3.4)], 9.0)
+    assert len(flickering) == 2
+    (part,) = told(flickering, 9.0, MIN_S, 5, 50, {}, lambda name: 2)
+    assert part == Stretch(2.33, 3.4, ("GazeUp",))
+
+
 def test_an_action_that_starts_and_ends_in_one_second_lasts_for_it():
     assert runs([interval("nod", 3, 3, 1.0)], 9.0) == [Run(3, 4, "nod", 1.0)]
     assert runs([interval("nod", 9, 9, 1.0)], 9.0) == [Run(8, 9, "nod", 1.0)]
@@ -177,6 +184,25 @@ def test_what_is_too_long_to_tell_is_left_out_the_told_and_the_short_first():
     all_runs = runs(intervals, 8.0)
     parts = told(all_runs, 8.0, MIN_S, 5, 2 * 7 + 4 * 2, {}, lambda name: 1)
     assert [[run.name for run in part.passing] for part in parts] == [["wink"], ["nod"]]
+
+
+def test_something_is_told_of_every_stretch_before_more_of_one():
+    intervals = [interval("squint", 0, 1.7), interval("frown", 2.2, 6), interval("smile", 2.2, 9)]
+    intervals += [interval("nod", n, n + 0.5) for n in (2.5, 4, 5)]
+    parts = told(runs(intervals, 9.0), 9.0, MIN_S, 5, 3 * 7 + 3 * 2, {}, lambda name: 1)
+    assert [(part.throughout, {run.name for run in part.passing}) for part in parts] == [
+        ((), {"squint"}),
+        (("smile",), {"frown", "nod"}),
+    ]
+
+
+def test_what_is_seen_where_nothing_lasts_is_told_there_though_its_middle_lies_elsewhere():
+    intervals = [interval("smile", 0.3, 4.3), interval("widen", 1.4, 5.5), interval("nod", 1, 1.3)]
+    parts = told(runs(intervals, 9.0), 9.0, MIN_S, 2, 2 * 7 + 2 * 2, {}, lambda name: 1)
+    assert [(part.throughout, {run.name for run in part.passing}) for part in parts] == [
+        ((), {"smile"}),
+        (("widen",), set()),
+    ]
 
 
 def test_something_is_told_however_few_words_are_allowed():

@@ -26,6 +26,11 @@ def test_angles_of_6drepnet_take_the_subjects_left_and_up_as_positive(tmp_path):
             BadFile,
             "line 4, column frame",
         ),
+        (
+            "clip_id,frame,pitch,yaw,roll\na,0,1,2,2\nb,0,1,2,2\n\na,0,1,60,2\n",
+            BadFile,
+            "line 5, column frame: found frame 0 of a clip again",
+        ),
         ("clip_id,frame,pitch,yaw,roll\na,0,1,270,2\n", BadFile, "column yaw.*half a turn"),
         ("", BadFile, "pose.csv"),
     ],

@@ -8,7 +8,14 @@ from pathlib import Path
 from typing import Any
 
 from mimeline.archives.opcodes import Refused, unpickle
-from mimeline.clips.catalogues.json_records import AGAIN, clip_name, pairs_of, parsed, read_bytes
+from mimeline.clips.catalogues.json_records import (
+    AGAIN,
+    clip_name,
+    pairs_of,
+    parsed,
+    part,
+    read_bytes,
+)
 from mimeline.errors import BadFile
 
 log = logging.getLogger(__name__)
@@ -29,7 +36,10 @@ def read_annotations(path: Path) -> dict[str, dict[str, Any]]:
     raw = read_bytes(path, EXPECTED)
     pickled = raw.startswith(PROTOCOL) or path.suffix in (".pkl", ".pickle")
     content = _unpickled(raw, path) if pickled else parsed(raw, path, EXPECTED)
-    told = {kind: content[kind] for kind in KINDS if kind in content}
+    try:
+        told = {kind: entries for kind, entries in part(content).items() if kind in KINDS}
+    except ValueError as error:
+        raise BadFile(path, found=str(error), expected=EXPECTED, remedy=AGAIN) from error
     wrong = [kind for kind, entries in told.items() if not isinstance(entries, dict)]
     if wrong or not told:
         found = f"{wrong[0]} that is no object" if wrong else "none of act, app and emotion"

@@ -38,7 +38,7 @@ def read(data: Path, info: str) -> tuple[list[dict], list[tuple[str, MimelineErr
     content = read_object(path, EXPECTED)
     looks, acts = _names(content, path)
     rows, bad = [], []
-    for key, record in pairs_of(content.get("clips", {})):
+    for key, record in pairs_of(content["clips"]):
         clip_id = clip_name(key)
         try:
             row = {"clip_id": clip_id} | whole_clip(record)
@@ -56,7 +56,7 @@ def read(data: Path, info: str) -> tuple[list[dict], list[tuple[str, MimelineErr
 def _names(content: dict[str, Any], path: Path) -> tuple[list[str], list[str]]:
     """The names that the ones and zeros of appearance and action stand for."""
     try:
-        if not isinstance(content["clips"], dict):
+        if not isinstance(part(content)["clips"], dict):
             raise TypeError("clips that are no object")
         meta = part(content["meta_info"])
         mappings = (meta["appearance_mapping"], meta["action_mapping"])

@@ -75,13 +75,13 @@ def _interval(item: Any, length_s: float) -> dict:
         since, until, unsure = (None if time is None else float(time) for time in times)
         if since is None:
             since, until = 0.0, length_s
-    if not 0 <= since < until <= length_s + SLACK_S or since >= length_s:
+    if not 0 <= since <= until <= length_s + SLACK_S:
         raise ValueError(f"{what} from {since:g} to {until:g} s in a clip of {length_s:g} s")
     if unsure is not None and not 0 <= unsure <= LONGEST_S:
         raise ValueError(f"{what} that may be {unsure} s off")
     return {
         "name": name(what),
-        "start_s": float(since),
+        "start_s": min(float(since), length_s),
         "end_s": min(float(until), length_s),
         "uncertainty_s": None if unsure is None else float(unsure),
     }

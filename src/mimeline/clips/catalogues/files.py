@@ -51,7 +51,7 @@ def read(
 
     def person(name: str) -> str | None:
         found = re.search(subject_pattern, name) if subject_pattern else None
-        return found[0] if found else subject
+        return (found and found[0]) or subject
 
     rows, bad = clips_of(((name_of(path), path) for path in told(paths, "takes", log)), facts)
     if fault := unreadable_alike(dict(bad), len(paths), results.folder) or _all_bad(rows, bad):

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from mimeline.clips.catalogues.folder import Bad, files_below, folder_in, inside
+from mimeline.clips.catalogues.folder import Bad, files_below, folder_in
 from mimeline.errors import BadFile
 from mimeline.media.limits import Limits
 from mimeline.media.probe import probe
@@ -22,7 +22,7 @@ def films_below(data: Path, folder: str, key: str) -> tuple[list[Path], Bad]:
     key: the one that names the folder. Raises BadFile if there is no video at all.
     """
     place = folder_in(data, folder, key)
-    files, bad = files_below(place, data)
+    files, bad = files_below(place)
     films = [path for path in files if is_film(path)]
     if not films and not bad:
         raise no_film(place, files, f"Check data_dir and {key}.")
@@ -51,21 +51,15 @@ def one_of_a_name(films: Iterable[Path]) -> list[Path]:
 def film_facts(path: Path, data: Path, limits: Limits) -> dict:
     """end_s, width, height and video (relative to data) of a video, from a look into it.
 
-    Raises BadFile where it cannot be read or does not lie in data, Refused beyond the limits.
+    Raises BadFile where it cannot be read, Refused beyond the limits.
     """
-    video = inside(path, data)
     found = probe(path, limits)
     return {
-        "video": video,
+        "video": path.relative_to(data).as_posix(),
         "end_s": found.duration_s,
         "width": found.width,
         "height": found.height,
     }
-
-
-def throughout(name: str, end_s: float) -> dict:
-    """What a clip of end_s seconds shows; nobody says when it begins and ends."""
-    return {"name": name, "start_s": 0.0, "end_s": end_s, "uncertainty_s": None}
 
 
 def unfit(path: Path, count: int, expected: str, key: str) -> BadFile:

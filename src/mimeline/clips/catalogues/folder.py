@@ -42,66 +42,49 @@ def folder_in(data: Path, folder: str, key: str) -> Path:
     remedy = f"Check data_dir and {key}."
     if not place.is_dir():
         raise NoSuchFile(place, found="no such folder", expected="a folder", remedy=remedy)
-    if ".." in Path(folder).parts or not lies_in(place, data):
+    if not lies_in(place, data):
         raise BadFile(
             place,
             found="a folder outside of data_dir",
             expected="one that lies in it",
-            remedy=f"Set data_dir to a folder that holds it, and check {key}.",
+            remedy=f"Set data_dir to a folder that holds it, or put a link to it into data_dir, "
+            f"and check {key}.",
         )
     return place
 
 
-def files_below(place: Path, data: Path) -> tuple[list[Path], Bad]:
+def files_below(place: Path, depth: int | None = None) -> tuple[list[Path], Bad]:
     """Every file below a folder, in the order of their paths, and the folders not gone into.
 
-    Hidden names are passed over: systems keep their own notes in them. A link to a folder that
-    lies in data, the user's folder, is followed.
+    depth: of folders in folders; None: however many. Hidden names are passed over: systems keep
+    their own notes in them. Links are followed. A folder that has several names is gone into once,
+    by a name without links where it has one.
     """
-    files, bad, entered, waiting = [], [], set(), [place]
-    while waiting:
-        folder = waiting.pop()
+    files, bad, entered = [], [], set()
+    waiting, linked = [place], []
+    while waiting or linked:
+        folder = waiting.pop() if waiting else linked.pop(0)
         try:
-            inside(folder, data)
             if (real := folder.resolve()) in entered:
-                continue  # a link led back
+                continue
             entered.add(real)
-            for path in folder.iterdir():
-                if not path.name.startswith("."):
-                    (waiting if path.is_dir() else files).append(path)
+            inner = depth is None or len(folder.relative_to(place).parts) < depth
+            for path in sorted(folder.iterdir()):
+                if path.name.startswith("."):
+                    continue
+                if not path.is_dir():
+                    files.append(path)
+                elif inner:
+                    (linked if path.is_symlink() else waiting).append(path)
         except OSError as error:
             fault = unreadable(folder, error, expected="a folder", remedy="Check its permissions.")
             bad.append((folder.relative_to(place).as_posix(), fault))
-        except MimelineError as error:
-            bad.append((folder.relative_to(place).as_posix(), error))
     return sorted(files), sorted(bad, key=lambda pair: pair[0])
 
 
-def inside(path: Path, data: Path) -> str:
-    """The path relative to data, the user's folder, as tables keep it.
-
-    Raises BadFile where a link leads out of the folder, or the name is no Unicode.
-    """
-    if not lies_in(path, data):
-        raise BadFile(
-            path,
-            found="a path or a link that leads out of data_dir",
-            expected="what lies in it",
-            remedy="Put the files themselves there, or set data_dir to a folder that holds both.",
-        )
-    name = path.relative_to(data).as_posix()
-    try:
-        name.encode()
-    except UnicodeEncodeError as error:
-        raise BadFile(
-            path, found="a name that is no Unicode", expected="UTF-8", remedy="Rename it."
-        ) from error
-    return name
-
-
 def lies_in(path: Path, data: Path) -> bool:
-    """Whether a path, with all its links followed, lies in a folder."""
+    """Whether a path is one below a folder by its names; links in it may lead anywhere."""
     try:
-        return Path(path).resolve().is_relative_to(Path(data).resolve())
-    except (OSError, RuntimeError, ValueError):  # a loop of links, a name with NUL
+        return ".." not in Path(path).relative_to(data).parts and "\0" not in str(path)
+    except ValueError:
         return False

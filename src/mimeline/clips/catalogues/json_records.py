@@ -1,7 +1,6 @@
 """Records of clips in a JSON file that nobody vouches for."""
 
 import json
-import math
 import re
 import reprlib
 from collections.abc import Iterator, Sequence
@@ -9,7 +8,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from mimeline.clips.admission import LARGEST_SHARE
+from mimeline.clips.admission import size_of_box
 from mimeline.errors import BadFile, unreadable
 from mimeline.media.signature import kind_of
 
@@ -69,7 +68,10 @@ def parsed(raw: bytes, path: Path, expected: str) -> dict[str, Any]:
         content = json.loads(raw.decode("utf-8-sig"), object_pairs_hook=_object)
     except RecursionError as error:
         raise BadFile(path, found="deep nesting", expected=expected, remedy=AGAIN) from error
-    except ValueError as error:  # bad UTF-8 is one, too
+    except UnicodeDecodeError as error:
+        found = f"byte {error.start + 1} that is no UTF-8"
+        raise BadFile(path, found=found, expected=expected, remedy=AGAIN) from error
+    except ValueError as error:
         raise unreadable(path, error, expected=expected, remedy=AGAIN) from error
     if not isinstance(content, dict):
         found = type(content).__name__
@@ -124,17 +126,14 @@ def whole_clip(record: dict[str, Any]) -> dict[str, Any]:
         )
     box = part(record["bbox"])
     edges = {side: number(box[side]) for side in ("top", "bottom", "left", "right")}
-    clip = {
+    return {
         "source_id": source,
         "subject_id": subject,
         "start_s": number(duration["start_sec"]),
         "end_s": number(duration["end_sec"]),
         **{f"bbox_{side}": edge for side, edge in edges.items()},
+        **size_of_box(**edges),
     }
-    if all(map(math.isfinite, edges.values())) and max(edges.values()) > LARGEST_SHARE:
-        clip["width"] = round(edges["right"] - edges["left"])
-        clip["height"] = round(edges["bottom"] - edges["top"])
-    return clip
 
 
 def part(value: Any) -> dict[str, Any]:

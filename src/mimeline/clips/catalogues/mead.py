@@ -9,8 +9,9 @@ from collections import Counter
 from collections.abc import Collection
 from pathlib import Path
 
-from mimeline.clips.catalogues.films import film_facts, films_below, throughout, unfit
+from mimeline.clips.catalogues.films import film_facts, films_below, unfit
 from mimeline.clips.catalogues.folder import Bad, clips_of
+from mimeline.clips.intervals import over
 from mimeline.errors import BadFile
 from mimeline.media.limits import Limits
 from mimeline.progress import told
@@ -60,7 +61,7 @@ def read(data: Path, folder: str, views: Collection[str], limits: Limits) -> tup
         return clip | {
             "subject_id": label["person"],
             "emotion": label["emotion"],
-            "emotions": [throughout(label["emotion"], clip["end_s"])],
+            "emotions": [over(label["emotion"], clip["end_s"])],
             "attributes": [
                 "male" if label["person"].startswith("M") else "female",
                 f"intensity:{label['level']}",

@@ -7,8 +7,9 @@ import logging
 import re
 from pathlib import Path
 
-from mimeline.clips.catalogues.films import film_facts, films_below, throughout, unfit
+from mimeline.clips.catalogues.films import film_facts, films_below, unfit
 from mimeline.clips.catalogues.folder import Bad, clips_of
+from mimeline.clips.intervals import over
 from mimeline.media.limits import Limits
 from mimeline.progress import told
 
@@ -71,7 +72,7 @@ def read(data: Path, folder: str, limits: Limits) -> tuple[list[dict], Bad]:
         return clip | {
             "subject_id": f"Actor_{label['actor']}",
             "emotion": emotion,
-            "emotions": [throughout(emotion, clip["end_s"])],
+            "emotions": [over(emotion, clip["end_s"])],
             "attributes": [
                 "male" if int(label["actor"]) % 2 else "female",
                 f"intensity:{INTENSITIES[label['intensity']]}",

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from mimeline.clips.catalogues.faces import Faces, read_faces
 from mimeline.clips.catalogues.films import films_below, one_of_a_name
-from mimeline.clips.catalogues.folder import Bad, folder_in, inside
+from mimeline.clips.catalogues.folder import Bad, folder_in
 from mimeline.errors import BadFile, MimelineError
 from mimeline.media.limits import Limits
 from mimeline.media.probe import Probe, probe
@@ -48,13 +48,14 @@ def read(
     for path in told(films, "videos", log):
         ids = [f"{path.stem}_{person}" for person in PEOPLE]
         try:
-            video, film = inside(path, data), probe(path, limits)
+            film = probe(path, limits)
             faces = _faces(told_of, path, film)
         except MimelineError as error:
             bad += [(clip_id, error) for clip_id in ids]
             continue
         halves += faces is None
         for number, (person, clip_id) in enumerate(zip(PEOPLE, ids, strict=True)):
+            video = path.relative_to(data).as_posix()
             about = {"source_id": path.stem, "subject_id": clip_id, "video": video}
             if faces is None:
                 rows.append({"clip_id": clip_id} | about | _half(film, number))

@@ -2,6 +2,7 @@
 
 import csv
 import io
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -71,13 +72,30 @@ def _csv(path: Path) -> tuple[list[str], list[Row]]:
         )
     rows = []
     start = lines.line_num + 1
-    for cells in lines:
+    for cells in _readable(lines, path):
         if any(cell.strip() for cell in cells):
             fault = "" if len(cells) == len(header) else f"{len(cells)} cells"
             stripped = dict(zip(header, (cell.strip() for cell in cells), strict=False))
             rows.append(Row(stripped, f"line {start}", fault))
         start = lines.line_num + 1
     return header, rows
+
+
+def _readable(lines: Any, path: Path) -> Iterator[list[str]]:
+    """What a csv.reader reads. Raises BadFile, with the line, where it cannot go on."""
+    start = lines.line_num + 1
+    try:
+        for cells in lines:
+            yield cells
+            start = lines.line_num + 1
+    except csv.Error as error:
+        raise BadFile(
+            path,
+            place=f"the row that begins in line {start}",
+            found=str(error),
+            expected="cells whose quotation marks are closed",
+            remedy="Close them; a quotation mark within a cell in quotation marks stands twice.",
+        ) from error
 
 
 def _text(path: Path) -> str:

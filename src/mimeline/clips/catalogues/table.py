@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from mimeline.clips.admission import LARGEST_SHARE
+from mimeline.clips.admission import path_fault, size_of_box
 from mimeline.clips.catalogues.cells import (
     interval_list,
     name_list,
@@ -16,10 +16,11 @@ from mimeline.clips.catalogues.cells import (
     text_list,
     verbatim,
 )
-from mimeline.clips.catalogues.films import film_facts, throughout
+from mimeline.clips.catalogues.films import film_facts
 from mimeline.clips.catalogues.folder import Bad
 from mimeline.clips.catalogues.json_records import name as name_of
 from mimeline.clips.catalogues.rows import Row, header_and_rows
+from mimeline.clips.intervals import over
 from mimeline.errors import BadFile, MimelineError, MissingColumn
 from mimeline.media.limits import Limits
 from mimeline.progress import told
@@ -140,6 +141,8 @@ def _clip(row: Row, path: Path, film: Callable[[str], dict | MimelineError]) -> 
     if clip["source_id"] is None:
         video = PurePosixPath(clip["video"])
         clip["source_id"] = "_".join((*video.parent.parts, video.stem))
+    if path_fault(clip["video"]):  # nobody looks there; `catalogue` says what is wrong
+        return clip | {"start_s": math.nan, "end_s": math.nan}
     given = [side for side in SIDES if clip[side] is not None]
     if given and len(given) < len(SIDES):
         raise _empty(path, row, f"{', '.join(given)} alone", "all four edges of a box, or none")
@@ -153,7 +156,9 @@ def _clip(row: Row, path: Path, film: Callable[[str], dict | MimelineError]) -> 
         clip[name] = cell(name, "names as smile or smile@1.5-3, with ; between", intervals) or []
     clip["attributes"] = cell("attributes", "names with ; between", name_list) or []
     clip["texts"] = cell("texts", "texts with | between", text_list) or []
-    return clip | _emotion(clip, length_s)
+    if clip["emotion"] is not None and not clip["emotions"]:
+        clip["emotions"] = [over(clip["emotion"], length_s)]
+    return clip
 
 
 def _times_and_size(clip: Mapping, row: Row, path: Path, film: Callable) -> dict[str, Any]:
@@ -170,21 +175,8 @@ def _times_and_size(clip: Mapping, row: Row, path: Path, film: Callable) -> dict
         if clip["bbox_top"] is None and told["width"] is None and told["height"] is None:
             told |= {size: found[size] for size in SIZES}
     edges = [clip[side] for side in SIDES]
-    if None not in edges and max(edges) > LARGEST_SHARE:
-        top, bottom, left, right = edges
-        size = {"width": round(right - left), "height": round(bottom - top)}
-        told |= {name: px for name, px in size.items() if told[name] is None and px > 0}
-    return told
-
-
-def _emotion(clip: Mapping, length_s: float) -> dict[str, Any]:
-    """The emotion that is shown the longest, and the emotions: each told by the other."""
-    if clip["emotions"] and clip["emotion"] is None:
-        longest = max(clip["emotions"], key=lambda e: e["end_s"] - e["start_s"])
-        return {"emotion": longest["name"]}
-    if clip["emotion"] is not None and not clip["emotions"]:
-        return {"emotions": [throughout(clip["emotion"], length_s)]}
-    return {}
+    size = {} if None in edges else size_of_box(*edges)
+    return told | {name: px for name, px in size.items() if told[name] is None}
 
 
 def _number(value: Any) -> float:

@@ -6,7 +6,7 @@ from itertools import islice
 from pathlib import Path
 
 from mimeline.clips.catalogues.annotations import match
-from mimeline.clips.failure import printable
+from mimeline.clips.failure import spelt_out
 from mimeline.errors import BadFile, unreadable
 
 log = logging.getLogger(__name__)
@@ -59,4 +59,4 @@ def _lines(path: Path) -> Iterator[str]:
     lines = (
         " ".join(line.split()) for line in raw.decode("utf-8", "backslashreplace").splitlines()
     )
-    return islice(map(printable, filter(None, lines)), MOST_LINES)
+    return islice(map(spelt_out, filter(None, lines)), MOST_LINES)

@@ -12,7 +12,7 @@ from mimeline.clips.description.appearance import degree_of, nouns, subject_of
 from mimeline.clips.description.frequencies import evened, frequencies
 from mimeline.clips.description.lexicon import Lexicon
 from mimeline.clips.description.sentences import Scene, texts_of
-from mimeline.clips.description.stretches import Run, runs
+from mimeline.clips.description.stretches import Run, is_untimed, runs
 from mimeline.clips.description.telling import told
 from mimeline.clips.description.templates import read_templates
 from mimeline.clips.intervals import Interval, over
@@ -25,7 +25,6 @@ CLIP_COLUMNS = (
     *("actions", "emotion", "emotions", "attributes"),
 )
 INTERVAL_COLUMNS = ("clip_id", "action", "start_frame", "end_frame")
-SAME = 1e-3  # seconds
 NAMED = 5  # names without a template that the log tells
 
 
@@ -128,15 +127,13 @@ def _emotions(clip: dict) -> list[Interval]:
 
 
 def _seen(intervals: Iterable[Interval], length_s: float) -> Seen:
-    """Nobody says when: an uncertainty that is null, over the whole clip. Other nulls are exact."""
     timed, untimed = [], []
     for interval in intervals:
-        unsure = interval["uncertainty_s"]
-        unsure = None if pd.isna(unsure) else unsure
-        if unsure is None and interval["start_s"] <= 0 and interval["end_s"] >= length_s - SAME:
+        if is_untimed(interval, length_s):
             untimed.append(interval["name"])
         else:
-            timed.append(interval | {"uncertainty_s": unsure or 0.0})
+            unsure = interval["uncertainty_s"]
+            timed.append(interval | {"uncertainty_s": 0.0 if pd.isna(unsure) else unsure})
     return Seen(runs(timed, length_s), list(dict.fromkeys(untimed)))
 
 

@@ -8,7 +8,7 @@ from functools import partial
 from itertools import cycle, islice, pairwise
 
 from mimeline.clips.description.lexicon import EMOTION, Forms, Lexicon, Said
-from mimeline.clips.description.stretches import SAME_S, Run, Stretch
+from mimeline.clips.description.stretches import SAME_S, Run, Stretch, around_passing
 from mimeline.clips.description.templates import Join, fill
 
 THIRD, PLURAL, ING = range(3)
@@ -115,8 +115,7 @@ class _Teller:
         layout = self.templates.layouts[choice.get("layout", 0)]
         joined = layout.between.join(map(_capital, told) if layout.capitals else told)
         sentences = [*heads, *([joined] if joined else [])]
-        end = layout.end or ("." if len(sentences) > 1 else "")
-        return ". ".join(map(_capital, sentences)) + end
+        return ". ".join(map(_capital, sentences)) + "."
 
     def _mentions(self, choice: dict[str, int]) -> Iterator[tuple[str, int]]:
         """What the person is called each time, and the form that verbs take after it."""
@@ -131,7 +130,7 @@ class _Teller:
     def _heads(self, choice: dict[str, int]) -> list[Callable[[int], str]]:
         """What stands before the stretches, by the form of its verbs."""
         join = self.templates.joins[0]
-        untimed = [self.said(name).throughout for name in self.scene.untimed]
+        untimed = [self.said(name).passing for name in self.scene.untimed]
         lasting = [self.said(name).throughout for name in self.lasting]
         heads = []
         if untimed:
@@ -163,13 +162,13 @@ class _Teller:
 
     def _body(self, part: Stretch, form: int, choice: dict[str, int]) -> str:
         if not part.throughout:
-            return self._passing(part.passing, form, choice)
+            return self._passing(part, form, choice)
         names = part.throughout[::-1] if choice["order"] else part.throughout
         said = [self.said(name).throughout for name in names]
         text = _at_once(said, form, self.templates.joins[choice["join"]])
         text += " " + self._duration((part.end_s - part.start_s) / self.scene.duration_s, choice)
         if part.passing:
-            text += ", " + self._passing(part.passing, ING, choice)
+            text += ", " + self._passing(part, ING, choice)
         return text
 
     def _duration(self, share: float, choice: dict[str, int]) -> str:
@@ -177,14 +176,19 @@ class _Teller:
         says = next((d.says for d in durations if share <= d.up_to), durations[-1].says)
         return says[choice["duration"] % len(says)]
 
-    def _passing(self, passing: Sequence[Run], form: int, choice: dict[str, int]) -> str:
+    def _passing(self, part: Stretch, form: int, choice: dict[str, int]) -> str:
+        beside = form == ING  # what lasts
+        before_s = -math.inf if beside else part.start_s - self.scene.min_s
+        going_on = {run.name for run in part.passing if run.start_s <= before_s}
         verbs: dict[str, list[Run]] = {}
-        for run in passing:
-            verbs.setdefault(_in_passing(self.said(run.name), run)[form], []).append(run)
+        for run in part.passing:
+            said = self.said(run.name)
+            forms = said.throughout if run.name in going_on else _in_passing(said, run)
+            verbs.setdefault(forms[form], []).append(run)
         verb = _joined(list(verbs), self.templates.joins[0])
-        says = self.templates.passing.several
+        says = self.templates.passing.several if beside else ()
         if len(verbs) == 1:
-            says = self._how_often(verbs[verb], beside=form == ING)
+            says = self._how_often(verbs[verb], beside)
         return fill(says[choice["passing"] % len(says)], verb=verb) if says else verb
 
     def _how_often(self, happened: list[Run], beside: bool) -> Sequence[str]:
@@ -233,7 +237,8 @@ def _without_lasting_emotions(scene: Scene) -> tuple[list[Stretch], list[str]]:
         part._replace(throughout=tuple(n for n in part.throughout if n not in lasting))
         for part in parts
     ]
-    return [part for part in rest if part.throughout or part.passing], lasting
+    told = [part for part in rest if part.throughout or part.passing]
+    return [around_passing(part, scene.min_s) for part in told], lasting
 
 
 def _at_once(said: Sequence[Forms], form: int, join: Join) -> str:

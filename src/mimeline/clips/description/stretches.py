@@ -10,14 +10,18 @@ told no finer than what is known, and lose no action:
 - An end is the last second in which an action was seen (Figure 5.5): where only ends are followed
   by only starts within the uncertainty, no pause is known to lie between, and they are one change.
 - An action that lasts less than min_s splits nothing: it happens in passing, in the stretch that
-  holds its middle.
+  holds its middle; and in each in which nothing lasts and it is seen for min_s.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
+import pandas as pd
+
 SAME_S = 1e-6  # seconds: what differs by less is the same time
+WHOLE_S = 0.1  # seconds that a whole clip may lack: its film has whole frames
+UNSEEN_S = 0.1  # seconds: a pause of an action that nobody sees, as a threshold's flicker leaves
 
 
 class Run(NamedTuple):
@@ -42,13 +46,19 @@ class Stretch(NamedTuple):
     passing: tuple[Run, ...] = ()
 
 
+def is_untimed(interval: Mapping, duration_s: float) -> bool:
+    """Nobody says when: an uncertainty that is null, over the whole clip. Other nulls are exact."""
+    whole = interval["start_s"] <= 0 and interval["end_s"] >= duration_s - WHOLE_S
+    return whole and pd.isna(interval["uncertainty_s"])
+
+
 def runs(intervals: Iterable[Mapping], duration_s: float) -> list[Run]:
     """The runs of a clip's actions, sorted; those of one action neither overlap nor touch.
 
     intervals: name, start_s, end_s, uncertainty_s, in any order. What lies outside the clip is cut
     off. What starts and ends at the same uncertain time lasts for its uncertainty.
     """
-    by_name: dict[str, list[Run]] = {}
+    found = []
     for interval in intervals:
         start, end, unsure = interval["start_s"], interval["end_s"], interval["uncertainty_s"]
         if end <= start:
@@ -56,21 +66,25 @@ def runs(intervals: Iterable[Mapping], duration_s: float) -> list[Run]:
             end = start + unsure
         start, end = max(0.0, start), min(duration_s, end)
         if end - start > SAME_S:
-            name = interval["name"]
-            by_name.setdefault(name, []).append(Run(start, end, name, unsure))
-    return sorted(run for same in by_name.values() for run in _united(sorted(same)))
+            found.append(Run(start, end, interval["name"], unsure))
+    return _united(found, SAME_S)
 
 
-def _united(sorted_runs: list[Run]) -> list[Run]:
+def without_flicker(all_runs: Iterable[Run]) -> list[Run]:
+    """The runs, sorted, those of one action as one where nobody sees the pause between them."""
+    return _united(all_runs, UNSEEN_S)
+
+
+def _united(all_runs: Iterable[Run], pause_s: float) -> list[Run]:
     united: list[Run] = []
-    for run in sorted_runs:
-        if united and run.start_s <= united[-1].end_s + SAME_S:
-            last = united[-1]
+    for run in sorted(all_runs, key=lambda run: (run.name, run)):
+        last = united[-1] if united else None
+        if last and last.name == run.name and run.start_s <= last.end_s + pause_s:
             unsure = max(last.uncertainty_s, run.uncertainty_s)
-            run = Run(last.start_s, max(last.end_s, run.end_s), run.name, unsure)
-            united.pop()
-        united.append(run)
-    return united
+            united[-1] = Run(last.start_s, max(last.end_s, run.end_s), run.name, unsure)
+        else:
+            united.append(run)
+    return sorted(united)
 
 
 def stretches(
@@ -98,7 +112,7 @@ def stretches(
         else:
             parts.append(Stretch(start, end, names))
     if passing:
-        parts = [_with_passing(part, passing, last=part is parts[-1]) for part in parts]
+        parts = [_with_passing(part, passing, part is parts[-1], min_s) for part in parts]
     return [part for part in parts if part.throughout or part.passing]
 
 
@@ -146,12 +160,28 @@ def _change_times(lasting: Sequence[Run], duration_s: float, min_s: float) -> di
     return told | dict.fromkeys(together, (together[0] + together[-1]) / 2 if together else 0.0)
 
 
-def _with_passing(part: Stretch, passing: Sequence[Run], last: bool) -> Stretch:
-    """The stretch with the runs whose middle it holds and that do not last through it."""
+def around_passing(part: Stretch, min_s: float) -> Stretch:
+    """Where nothing lasts, the stretch is no longer than what passes in it, give or take min_s."""
+    if part.throughout or not part.passing:
+        return part
+    first = min(run.start_s for run in part.passing)
+    last = max(run.end_s for run in part.passing)
+    return part._replace(
+        start_s=first if first - part.start_s >= min_s else part.start_s,
+        end_s=last if part.end_s - last >= min_s else part.end_s,
+    )
+
+
+def _with_passing(part: Stretch, passing: Sequence[Run], last: bool, min_s: float) -> Stretch:
     inside = []
     for run in passing:
         middle = (run.start_s + run.end_s) / 2
-        if part.start_s <= middle < part.end_s or (last and middle == part.end_s):
+        seen_s = min(run.end_s, part.end_s) - max(run.start_s, part.start_s)
+        if (
+            part.start_s <= middle < part.end_s
+            or (last and middle == part.end_s)
+            or (not part.throughout and seen_s >= min_s)
+        ):
             inside.append(run)
     told = tuple(run for run in inside if run.name not in part.throughout)
     return part._replace(passing=told)

@@ -4,7 +4,14 @@ from bisect import bisect_left
 from collections import Counter
 from collections.abc import Callable, Container, Mapping, Sequence
 
-from mimeline.clips.description.stretches import SAME_S, Run, Stretch, stretches
+from mimeline.clips.description.stretches import (
+    SAME_S,
+    Run,
+    Stretch,
+    around_passing,
+    stretches,
+    without_flicker,
+)
 
 FRAME_WORDS = 7  # of a stretch beside its actions: "then she ... for a short time"
 
@@ -27,7 +34,7 @@ def told(
 
     all_runs: as `stretches.runs` gives them. n_words: of what is said of an action.
     """
-
+    all_runs = without_flicker(all_runs)
     by_length = sorted(all_runs, key=lambda run: (run.seconds, run))
     n_short = sum(run.seconds < min_s - SAME_S for run in by_length)
 
@@ -42,7 +49,7 @@ def told(
     fewest = n_short
     if not fits(n_short):
         fewest = bisect_left(range(len(all_runs)), True, lo=n_short + 1, key=fits)
-    return [_around_passing(part, min_s) for part in _filled(cut(fewest), max_words, n_words)]
+    return [around_passing(part, min_s) for part in _filled(cut(fewest), max_words, n_words)]
 
 
 def _barest(part: Stretch) -> Stretch:
@@ -89,15 +96,3 @@ def _length(parts: Sequence[Stretch], n_words: Callable[[str], int]) -> int:
 
 def _names(part: Stretch) -> list[str]:
     return [*part.throughout, *dict.fromkeys(run.name for run in part.passing)]
-
-
-def _around_passing(part: Stretch, min_s: float) -> Stretch:
-    """Where nothing lasts, the stretch is no longer than what passes in it, give or take min_s."""
-    if part.throughout:
-        return part
-    first = min(run.start_s for run in part.passing)
-    last = max(run.end_s for run in part.passing)
-    return part._replace(
-        start_s=first if first - part.start_s >= min_s else part.start_s,
-        end_s=last if part.end_s - last >= min_s else part.end_s,
-    )

@@ -94,7 +94,6 @@ class Passing(_Part):
 
 class Layout(_Part):
     between: PLAIN
-    end: PLAIN
     capitals: bool
 
 

@@ -325,11 +325,13 @@ usual.forEach((reason, at) => { actions[at + 1] = () => decide(reason); });
 actions[usual.length + 1] = askOther;
 onKeys(actions, ["ArrowLeft", "ArrowRight", ",", "."]); // a held key decides nothing
 
-for (const button of document.querySelectorAll(".decide button")) {
-  const { keep, reason, other } = button.dataset;
-  const action = keep !== undefined ? () => decide(null) : reason !== undefined ? () => decide(reason) : other !== undefined ? askOther : undo;
-  button.addEventListener("click", action);
+for (const button of document.querySelectorAll("[data-reason]")) {
+  button.addEventListener("click", () => decide(button.dataset.reason));
 }
+document.querySelector("[data-keep]").addEventListener("click", () => decide(null));
+document.querySelector("[data-other]").addEventListener("click", askOther);
+document.querySelector("[data-undo]").addEventListener("click", undo);
+byId("other-cancel").addEventListener("click", () => byId("other").close());
 byId("previous").addEventListener("click", () => go(place - 1));
 byId("next").addEventListener("click", () => go(place + 1));
 byId("speed").addEventListener("click", changeSpeed);

@@ -85,6 +85,14 @@ def _angles(table: pd.DataFrame, path: Path) -> pd.DataFrame:
     counted = values["frame"].notna()
     pose = table.loc[counted, [name for name in ("clip_id",) if name in table]]
     pose["frame"] = values.loc[counted, "frame"].astype("int64")
+    if (repeated := pose.duplicated()).any():
+        raise BadFile(
+            path,
+            place=f"line {line_of(path, repeated.idxmax())}, column frame",
+            found=f"frame {pose.at[repeated.idxmax(), 'frame']} of a clip again",
+            expected="each frame of a clip once",
+            remedy="Keep the rows of one face.",
+        )
     for column, (channel, sign) in CONVENTION.signs.items():
         pose[channel] = sign * np.radians(values.loc[counted, column])
     return pose.reset_index(drop=True)
