@@ -67,6 +67,11 @@ def test_the_examples_are_valid_and_have_a_results_folder_of_their_own(example):
             {"sweep": {"n_clusters": []}},
             "key sweep.n_clusters: found [], expected at least one value",
         ),
+        (
+            {"fetch": {"url": "file:///films/{source_id}.mp4"}},
+            "key fetch.url: found 'file:///films/{source_id}.mp4', expected an address of http",
+        ),
+        ({"fetch": {"url": "https://a.b/c"}}, "with {source_id} in it, or null"),
         ({"sweep": {"beta": []}}, "key sweep.beta: found [], expected at least one value"),
     ],
 )

@@ -81,7 +81,10 @@ class Ledger:
         for row in failed[:TOLD]:
             log.warning("%s %s: %s", row["clip_id"], row["rule"], row["detail"])
         if len(failed) > TOLD:
-            log.warning("and %d more: the ledger and the report have them all", len(failed) - TOLD)
+            more = len(failed) - TOLD
+            log.warning(
+                "and %d more: mimeline funnel counts them, mimeline why tells of each", more
+            )
 
     def __str__(self) -> str:
         statuses = Counter(row["status"] for row in self.rows.values())

@@ -15,6 +15,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+from mimeline.clips.exclusions import read_exclusions
 from mimeline.config import validate
 from mimeline.errors import BadConfig, MimelineError, NoSuchFile
 from mimeline.vocabulary import SERIES_REGIONS, resource
@@ -32,8 +33,6 @@ def settle_config(config: dict[str, Any]) -> dict[str, Any]:
         settled = validate(config)
     except* BadConfig as group:
         sys.exit("\n".join(f"mimeline: {problem}" for problem in group.exceptions))
-    if settled["select"]["conditions"]:
-        _check_conditions(settled["select"]["conditions"])
     takes = chosen(settled["ingest"])
     named = (
         ("data_dir", settled["data_dir"], "folder", Path.is_dir),
@@ -56,15 +55,20 @@ def settle_config(config: dict[str, Any]) -> dict[str, Any]:
     ]
     if absent:
         sys.exit("\n".join(f"mimeline: {problem}" for problem in absent))
+    _check_selection(settled["select"]["conditions"], settled["select"]["exclusions"])
     return settled
 
 
-def _check_conditions(texts: Sequence[str]) -> None:
-    from mimeline.clips.conditions import condition  # pandas with it, which few runs need here
-
+def _check_selection(conditions: Sequence[str], exclusions: str | None) -> None:
+    """End the program where a condition or the list of exclusions cannot be read."""
     try:
-        for text in texts:
-            condition(text)
+        if conditions:
+            from mimeline.clips.conditions import condition  # pandas with it: few runs need it
+
+            for text in conditions:
+                condition(text)
+        if exclusions is not None:
+            read_exclusions(exclusions)
     except MimelineError as error:
         sys.exit(f"mimeline: {error}")
 

@@ -42,6 +42,16 @@ def test_a_face_model_that_is_not_there(checkout, tmp_path):
     assert "ingest.flame.face" in line
 
 
+def test_exclusions_without_their_columns_and_a_condition_on_no_column(checkout, tmp_path):
+    path = tmp_path / "out.csv"
+    path.write_text("id,why\n")
+    line = complaint(checkout.run("-n", "--config", f"select={{exclusions: {path}}}", config=()))
+    assert "out.csv: found columns id, why, expected clip_id, reason" in line
+    change = "select={conditions: [widht > 3]}"
+    line = complaint(checkout.run("-n", "--config", change, config=()))
+    assert "found widht, which is no column" in line
+
+
 def test_an_unknown_key(checkout):
     line = complaint(checkout.run("-n", "--config", "segmnt={}", config=()))
     assert "key segmnt: found an unknown key" in line

@@ -4,6 +4,7 @@ import copy
 import types
 import typing
 from functools import cache, reduce
+from pathlib import Path
 
 import pytest
 import yaml
@@ -184,7 +185,10 @@ def test_a_key_changes_the_params_of_exactly_the_rules_that_use_it(
     value = another(key, KEYS[key], default)
     if key in FILES:
         value = str(tmp_path / value)
-        (tmp_path / value).mkdir() if key.endswith("truth") else (tmp_path / value).touch()
+        if key.endswith("truth"):
+            Path(value).mkdir()
+        else:
+            Path(value).write_text("clip_id,reason\n")
     before = params_of_format(block)
     after = job_params(merged(base, nested(key, value)))
     assert before.keys() == after.keys()

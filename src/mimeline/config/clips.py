@@ -2,7 +2,7 @@
 
 from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator
 
 from mimeline.config.section import Count, Positive, Rate, Section, Seed, Share
 
@@ -70,12 +70,13 @@ class Fetch(Section):
         300.0, description="longest single run of a probe or of ffmpeg on a video, seconds"
     )
 
-    @model_validator(mode="after")
-    def _addresses_differ(self) -> "Fetch":
-        known = self.url is None or self.url.startswith(("http://", "https://"))
-        if not known or (self.url is not None and "{source_id}" not in self.url):
-            raise ValueError("url of http or https with {source_id} in it, or null")
-        return self
+    @field_validator("url")
+    @classmethod
+    def _tells_sources_apart(cls, url: str | None) -> str | None:
+        known = url is None or url.startswith(("http://", "https://"))
+        if not known or (url is not None and "{source_id}" not in url):
+            raise ValueError("an address of http or https with {source_id} in it, or null")
+        return url
 
 
 class SixDRepNet(Section):
