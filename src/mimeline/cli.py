@@ -11,7 +11,7 @@ from mimeline.errors import MimelineError
 
 def main() -> None:
     """Entry point of the `mimeline` command."""
-    arguments = _parser().parse_args()
+    arguments = _parsed(sys.argv[1:])
     try:
         sys.exit(arguments.run(arguments))
     except MimelineError as error:
@@ -20,6 +20,19 @@ def main() -> None:
         sys.exit(130)
     except BrokenPipeError:  # `| head` has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _parsed(words: list[str]) -> argparse.Namespace:
+    """The arguments. An id of `why` may begin with -, which argparse takes for an option."""
+    parser, ids = _parser(), []
+    if words[:1] == ["why"] and "--" not in words:
+        ids = [word for word in words if len(word) > 2 and word[0] == "-" != word[1]]
+    arguments = parser.parse_args([word for word in words if word not in ids])
+    if arguments.command == "why":
+        arguments.clips += ids
+        if not arguments.clips:
+            parser.error("why needs a clip's id, a pattern or a source")
+    return arguments
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -61,10 +74,10 @@ def _parser() -> argparse.ArgumentParser:
         "why",
         help="what became of a clip, stage by stage",
         description="What each stage decided on a clip, by which rule, value and limit, and what "
-        "to do about it. Several clips have a line each. Before an id that begins with - goes --.",
+        "to do about it. Several clips have a line each.",
     )
     why.add_argument(
-        "clips", nargs="+", metavar="CLIP", help="a clip's id, a pattern such as 'oC9r*', a source"
+        "clips", nargs="*", metavar="CLIP", help="a clip's id, a pattern such as 'oC9r*', a source"
     )
     why.add_argument("--results", type=Path, default=Path("results"), help="a run's results")
     why.add_argument("--json", action="store_true", help="for programs")
@@ -78,7 +91,11 @@ def _parser() -> argparse.ArgumentParser:
     )
     funnel.add_argument("--results", type=Path, default=Path("results"), help="a run's results")
     funnel.add_argument(
-        "--config", type=Path, action="append", default=[], help="the run's --configfile, if any"
+        "--config",
+        type=Path,
+        action="append",
+        default=[],
+        help="a configuration to go by; without it that of the run",
     )
     funnel.add_argument(
         "--set",
@@ -135,7 +152,9 @@ def _why(arguments: argparse.Namespace) -> int:
 
     found = why.why(arguments.results, arguments.clips)
     _say(why.as_json(found) if arguments.json else why.as_text(found, _colour()))
-    return 0
+    for problem in found.missed:
+        print(f"mimeline: {problem}", file=sys.stderr)
+    return 1 if found.missed else 0
 
 
 def _funnel(arguments: argparse.Namespace) -> int:

@@ -125,6 +125,9 @@ def test_a_clip_that_its_download_cannot_serve_is_not_downloaded_for_again(run, 
     _, _, first = run(rows)
     _, _, again = run(rows)
     assert first.loc["late", "rule"] == "too_few_frames"
+    detail = first.loc["late", "detail"]
+    said = f"{web.address('source.mp4')}: found an end at 24 s, expected the 30 s that the clip"
+    assert detail.startswith(said) and "sources" not in detail
     pd.testing.assert_frame_equal(first, again)
     assert len(web.asked) == 1
 
@@ -133,13 +136,14 @@ def test_a_clip_that_its_download_cannot_serve_is_not_downloaded_for_again(run, 
 def test_what_is_gone_is_asked_for_once_and_never_again(run, web, status, n_clips):
     web.put("source.mp4", answers=(status,))
     rows = [{"clip_id": f"{n}"} for n in range(n_clips)]
-    for _ in range(3):
+    for _ in range(2):
         _, _, ledger = run(rows)
         assert ledger["status"].tolist() == ["failed"] * n_clips
         assert set(ledger["rule"]) == {"gone"}
-        assert str(status) in ledger["detail"].iloc[0]
+        for detail in ledger["detail"]:
+            assert f"the answer {status} (" in detail
+            assert detail.count(f"delete {run.sources / 'source.json'} to ask again") == 1
         assert len(web.asked) == 1
-    assert ledger["detail"].iloc[0].count(f"delete {run.sources / 'source.json'}") == 1
     (run.sources / "source.json").unlink()
     run(rows)
     assert len(web.asked) == 2
@@ -155,6 +159,83 @@ def test_a_page_in_place_of_a_video_is_asked_for_once_a_run(run, web, film, n_cl
         assert len(web.asked) == n_runs
     web.put("source.mp4", film)
     assert run(rows)[0]["media"].notna().all()
+
+
+@pytest.fixture(scope="module")
+def cut_off(film):
+    """The film without its last third, the index at its start or lost with its end."""
+    return {"first": film[: 2 * len(film) // 3], "lost": film.replace(b"moov", b"junk", 1)}
+
+
+@pytest.mark.parametrize("n_clips", [1, 2])
+def test_what_is_broken_where_it_lies_is_taken_once_a_run(run, web, film, cut_off, n_clips):
+    web.put("source.mp4", cut_off["lost"])
+    rows = [{"clip_id": f"{n}"} for n in range(n_clips)]
+    for n_runs in (1, 2):
+        _, _, ledger = run(rows)
+        assert set(ledger["rule"]) == {"unreadable"}
+        for detail in ledger["detail"]:
+            assert detail.startswith(web.address("source.mp4")) and "(moov)" in detail
+        wholes = [sent for *_, sent in web.requests("source.mp4") if sent == len(film)]
+        assert len(wholes) == n_runs and list(run.sources.glob("*.d")) == []
+    web.put("source.mp4", film)
+    assert run(rows)[0]["media"].notna().all()
+
+
+def test_what_is_cut_off_where_it_lies_gives_what_is_there(run, web, cut_off):
+    web.put("source.mp4", cut_off["first"])
+    _, _, ledger = run([{"clip_id": "late", "start_s": 15.0, "end_s": 17.0}])
+    assert ledger.loc["late", "rule"] == "too_few_frames"
+    assert "found an end at 15.9 s" in ledger.loc["late", "detail"]
+    wholes = [sent for *_, sent in web.requests("source.mp4") if sent == len(cut_off["first"])]
+    assert len(wholes) == 1
+    assert run([{"clip_id": "early", "start_s": 2.0, "end_s": 3.0}])[0]["media"].notna().all()
+
+
+def test_what_was_taken_up_and_does_not_play_is_taken_anew(run, web, film):
+    web.put("source.mp4", film, cut_off_at=len(film) // 2, faults=1)
+    rows = [{"clip_id": "a"}, {"clip_id": "b"}]
+    run(rows, attempts=1)
+    part = run.sources / "source.d" / "video.mp4.part"
+    part.write_bytes(b"0" * part.stat().st_size)  # of another film
+    assert run(rows)[0]["media"].notna().all()
+    assert [status for status, *_ in web.requests("source.mp4")] == [200, 206, 200]
+
+
+@pytest.mark.parametrize(
+    ("how", "said"),
+    [
+        ({"answers": (500,)}, "the answer 500 (Internal Server Error)"),
+        ({"stalls": True}, "a server that stayed silent"),
+        ({}, "a server that broke off after 1000 of 50000 bytes"),
+    ],
+    ids=["500", "stalls", "breaks off"],
+)
+@pytest.mark.parametrize("path", ["source.mp4", "watch/source"])
+def test_what_stands_in_the_way_is_said_in_plain_words(run, web, how, said, path):
+    if path.startswith("watch"):
+        web.put(path, b'<!doctype html><title>A talk</title><video src="/source.mp4"></video>')
+    web.put("source.mp4", b"\0" * 50_000, cut_off_at=1000, faults=9, **how)
+    rows = [{"clip_id": "a"}, {"clip_id": "b"}]
+    url = web.address(path.replace("source", "{source_id}"))
+    _, _, ledger = run(rows, url=url, attempts=1)
+    assert set(ledger["rule"]) == {"unreachable"}
+    assert f"{web.address(path)}: found {said}" in ledger.loc["a", "detail"]
+
+
+@pytest.mark.parametrize("path", ["{source_id}.mp4", "watch/{source_id}"])
+@pytest.mark.parametrize(
+    ("host", "said"),
+    [
+        ("127.0.0.1:9", "a server that refused the connection"),
+        ("nobody.invalid", "host"),
+    ],
+)
+def test_a_host_that_is_not_there_is_told_in_plain_words(run, path, host, said):
+    _, _, ledger = run([{"clip_id": "a"}], url=f"http://{host}/{path}", attempts=1)
+    detail = ledger.loc["a", "detail"]
+    assert ledger.loc["a", "rule"] == "unreachable" and said in detail.partition("found ")[2]
+    assert not any(raw in detail for raw in ("Errno", "urlopen", "HTTPConnection", "[download]"))
 
 
 @pytest.mark.parametrize("status", [403, 302])

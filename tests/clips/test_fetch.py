@@ -183,6 +183,7 @@ def test_each_bad_video_is_a_row_that_says_what_is_wrong(run, film):
     }
     assert "an HTML page" in ledger["detail"]["page"]
     assert ledger.loc["late", ["value", "limit", "unit"]].tolist() == [15.0, 45.0, "frames"]
+    assert f"{run.videos / 'good.mp4'}: found an end at 3 s" in ledger.loc["late", "detail"]
     assert sorted(path.name for path in run.media.iterdir()) == [
         "fine.json",
         "fine.mp4",

@@ -65,10 +65,10 @@ def test_a_small_crop_is_dropped_and_an_unknown_size_is_noted(run):
 
 def test_clips_left_out_by_hand_keep_the_reason(run, tmp_path):
     path = tmp_path / "exclusions.csv"
-    path.write_text("clip_id,reason\na,sunglasses\n")
-    kept, ledger = run([{"clip_id": "a"}, {"clip_id": "b"}], exclusions=str(path))
+    path.write_text("clip_id,reason\na,sunglasses\nc.mp4,mask\nd.mp4,\n")
+    kept, ledger = run([{"clip_id": i} for i in ("a", "b", "c", "d.mp4")], exclusions=str(path))
     assert kept == {"b"}
-    assert ledger.loc["a", "detail"] == "sunglasses"
+    assert ledger.loc[["a", "c"], "detail"].tolist() == ["sunglasses", "mask"]
 
 
 @pytest.mark.parametrize("name", ["head_wagging", "head wagging"])
@@ -178,7 +178,7 @@ def test_a_duplicate_that_is_too_long_is_told_as_both(run):
 def test_ids_that_nobody_has_are_named_in_the_log(run, tmp_path, caplog):
     path, ledger = tmp_path / "exclusions.csv", tmp_path / "catalogue.parquet"
     path.write_text(
-        "clip_id,reason\na,mask\nx1,mask\nb,mask\n" + "".join(f"y{n},\n" for n in "123456")
+        "clip_id,reason\na,mask\nx1,mask\nb.mp4,mask\n" + "".join(f"y{n},\n" for n in "123456")
     )
     catalogue = Ledger("catalogue", ["a", "b"])
     catalogue.close(ledger, ["a", "b"])

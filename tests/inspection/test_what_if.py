@@ -6,8 +6,10 @@ import pytest
 import yaml
 
 from mimeline import tables
+from mimeline.config import validate
 from mimeline.errors import MimelineError, NoSuchFile
 from mimeline.inspection.funnel import as_json, as_text, funnel
+from mimeline.run import remember
 
 from .conftest import OPTIONS
 
@@ -88,7 +90,9 @@ def test_several_values_have_a_line_each_beside_the_run_s_own(run_results, own):
     found = funnel(run_results, [own], ["select.max_s=8,13,6", "select.min_s=3"])
     assert [change.kept for change in found.changes] == [4, 6, 4]
     lines = as_text(found).splitlines()
-    assert [line.split()[1] for line in lines[1:]] == ["6", "8", "10", "13"]
+    assert lines[0].split()[:2] == ["select.max_s", "select.min_s"]
+    numbers = [line.split()[1:3] for line in lines[1:]]
+    assert numbers == [["6", "3"], ["8", "3"], ["10", "5"], ["13", "3"]]
     assert lines[3].endswith("now")
 
 
@@ -147,10 +151,33 @@ def test_the_checkout_s_own_configuration_counts_where_none_is_named(run_results
     assert funnel(run_results, [], ["select.max_s=13"]).changes[0].kept == 5
 
 
+def test_what_the_run_was_told_counts_where_no_configuration_is_named(run_results, tmp_path):
+    results = shutil.copytree(run_results, tmp_path / "results")
+    config = validate({"select": OPTIONS | {"max_s": 14.0}, "pose": {"format": "motion"}})
+    remember(results, config, [], ["select={max_s: 14}"])
+    found = funnel(results, [], ["select.max_s=13"])
+    assert found.now["select"].asked == {"select.max_s": 14.0}
+    assert found.differ["select"] == ["-long"]
+    text = " ".join(as_text(found).split())
+    assert "Type snakemake --cores 2 --config 'select={max_s: 14}' first." in text
+
+
+@pytest.mark.parametrize(("folder", "told"), [(None, "no data_dir"), ("gone", "no such file")])
+def test_head_poses_that_are_not_there_are_asked_for(run_results, tmp_path, folder, told):
+    own = tmp_path / "own.yaml"
+    own.write_text(
+        yaml.safe_dump({"data_dir": folder, "select": OPTIONS, "pose": {"format": "sixdrepnet"}})
+    )
+    with pytest.raises(NoSuchFile, match="--config") as error:
+        funnel(run_results, [own], ["pose.max_yaw_deg=20"])
+    assert told in str(error.value) and "toy" not in str(error.value)
+
+
 @pytest.mark.parametrize(
     ("asked", "told"),
     [
-        (["ingest.max_missing=0.5"], "a key that needs a run, expected one of select.min_s"),
+        (["ingest.max_missing=0.5"], "a key that cannot be asked, expected one of select.min_s"),
+        (["select.maxs=12"], "Is it select.max_s?"),
         (["select.max_s"], "no KEY=VALUE"),
         (["select.max_s=fast"], "key select.max_s: found 'fast'"),
         (["select.max_s=4"], "select.min_s to be at most select.max_s"),

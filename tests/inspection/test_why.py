@@ -10,6 +10,7 @@ from mimeline.errors import BadFile, NoSuchFile
 from mimeline.inspection import remedies
 from mimeline.inspection.funnel import funnel
 from mimeline.inspection.why import as_json, as_text, why
+from mimeline.run import Run, remember
 
 from .conftest import OPTIONS
 
@@ -23,7 +24,8 @@ def test_a_dropped_clip_tells_rule_value_limit_and_what_to_do(run_results):
     assert "-long: dropped by select: too long" in text
     assert "too long: 12.7 s, limit 10 s" in text
     assert "Set select.max_s to 12.7 in config/config.yaml" in text
-    assert "mimeline funnel --set select.max_s=12.7" in text
+    assert "then type again: snakemake --cores 2" in text
+    assert f"mimeline funnel --results {run_results} --set select.max_s=12.7" in text
     assert "fetch, ingest, pose, split: none of them saw it" in text
 
 
@@ -76,10 +78,67 @@ def test_an_id_that_nobody_has_ends_with_those_near_it(run_results):
         why(run_results, ["loks_away"])
     with pytest.raises(BadFile, match="Near it: good_0, good_0#2, good_1, good_1b, good"):
         why(run_results, ["GOOD"])
-    with pytest.raises(BadFile, match="mimeline funnel lists"):
+    with pytest.raises(BadFile, match="mimeline funnel --results .* lists"):
         why(run_results, ["zzzzqqqq"])
     with pytest.raises(BadFile, match="'x\\*'"):
-        why(run_results, ["good_0", "x*"])
+        why(run_results, ["x*"])
+
+
+def test_names_near_an_id_are_those_of_clips_before_sources(run_results):
+    with pytest.raises(BadFile, match="Near it: good_1, good_0, good_1b, good_0#2, good.$"):
+        why(run_results, ["good_l"])
+
+
+def test_an_id_may_end_as_its_key_in_the_published_file(run_results):
+    assert [s.clip_id for s in why(run_results, ["short.mp4"]).stories] == ["short"]
+
+
+def test_of_several_names_the_good_ones_are_told(run_results):
+    found = why(run_results, ["short", "smal", "small"])
+    assert [s.clip_id for s in found.stories] == ["short", "small"]
+    (problem,) = found.missed
+    assert "clip 'smal'" in problem and "Near it: small" in problem
+
+
+@pytest.fixture
+def results_of(run_results, tmp_path):
+    """A copy of the results, made by a run with these files and this --config."""
+
+    def results_of(config=None, files=(), given=()):
+        results = shutil.copytree(run_results, tmp_path / "of_run")
+        remember(results, config or {}, files, given)
+        return results
+
+    return results_of
+
+
+def test_what_to_do_is_right_for_the_run_at_hand(results_of):
+    results = results_of(files=["my set.yaml"], given=["pathvars={results: my}"])
+    again = "snakemake --cores 2 --configfile 'my set.yaml' --config 'pathvars={results: my}'"
+    assert f"Set select.max_s to 12.7 in my set.yaml, then type again: {again}" in told(
+        results, "-long"
+    )
+    lines = as_text(why(results, ["-long"])).splitlines()
+    assert again in map(str.strip, lines)  # whole, to be copied
+    forced = again.replace("--cores 2", "--cores 2 --forcerun fetch")
+    assert told(results, "lost").endswith(f"into fetch.folder, then type: {forced}")
+
+
+def test_a_key_of_the_command_line_is_changed_there(results_of):
+    results = results_of(given=["select={max_s: 10, min_s: 5}"])
+    changed = "snakemake --cores 2 --config 'select={max_s: 12.7, min_s: 5}'"
+    assert f"Type this instead: {changed}" in told(results, "-long")
+
+
+def test_a_clip_that_breaks_two_rules_is_told_what_to_do_about_both(results_of):
+    results = results_of()
+    path = results / "select" / "00" / "ledger.parquet"
+    rows = tables.read(tables.LEDGER, path)
+    rows.loc[rows["clip_id"] == "-long", "detail"] = "also a duplicate of good_0"
+    tables.write(tables.LEDGER, rows, path)
+    text = told(results, "-long")
+    assert "Set select.max_s to 12.7 and select.max_overlap to null in config/config.yaml" in text
+    assert "--set select.max_s=12.7 --set select.max_overlap=null" in text
 
 
 def test_where_no_run_has_been_it_says_so(tmp_path):
@@ -126,7 +185,9 @@ def test_lines_fit_and_colour_changes_no_word(run_results):
     for asked in (["*"], ["looks_away"], ["turning", "-long"]):
         found = why(run_results, asked)
         plain = as_text(found)
-        lines = [line for line in plain.splitlines() if not line.startswith("  motion  ")]
+        lines = [
+            line for line in plain.splitlines() if not line.startswith(("  motion  ", "      "))
+        ]
         assert "\x1b" not in plain and max(map(len, lines)) <= 100
         bare = as_text(found, colour=True)
         assert "\x1b[31m" in bare
@@ -146,9 +207,8 @@ def test_the_limit_that_is_offered_keeps_the_clip(run_results):
     rows = tables.read(tables.LEDGER, run_results / "select" / "00" / "ledger.parquet")
     for row in rows[rows["rule"].isin(["too_short", "too_long", "too_small"])].itertuples():
         if row.status == "dropped":
-            offered = float(
-                remedies.remedy("select", row.rule, row.value).split(" to ")[1].split(" ")[0]
-            )
+            step, _ = remedies.remedy("select", row.rule, row.value, None, run_results, Run({}))
+            offered = float(step.say.split(" to ")[1].split(" ")[0])
             assert offered >= row.value if row.rule == "too_long" else offered <= row.value
 
 
@@ -157,6 +217,8 @@ def test_the_limit_that_is_offered_keeps_the_clip(run_results):
     [
         (["why", "short"], 0, "short: dropped by select"),
         (["why", "--", "-long", "short"], 0, "-long: dropped by select"),
+        (["why", "-long", "short"], 0, "-long: dropped by select"),
+        (["why", "short", "sort"], 1, "short: dropped by select"),
         (["why", "nobody_of_that_name"], 1, ""),
         (["why", "--json", "good"], 0, '"clip_id": "good_0"'),
         (["funnel"], 0, "10 clips in, 2 left after pose"),
@@ -174,4 +236,11 @@ def test_the_commands_say_it(run_results, tmp_path, monkeypatch, capsys, argumen
         cli.main()
     said = capsys.readouterr().out
     assert told in said and "\x1b" not in said
-    assert left.value.code == code or (code == 1 and "found no clip" in left.value.code)
+    assert left.value.code == code or "found no clip" in str(left.value.code)
+
+
+def test_why_without_a_name_asks_for_one(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["mimeline", "why", "--json"])
+    with pytest.raises(SystemExit) as left:
+        cli.main()
+    assert left.value.code == 2 and "why needs a clip's id" in capsys.readouterr().err

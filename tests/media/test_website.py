@@ -8,7 +8,13 @@ pytest.importorskip("yt_dlp")
 
 from yt_dlp.networking.common import Response
 from yt_dlp.networking.exceptions import HTTPError, TransportError
-from yt_dlp.utils import DownloadError, ExtractorError, GeoRestrictedError, UnsupportedError
+from yt_dlp.utils import (
+    ContentTooShortError,
+    DownloadError,
+    ExtractorError,
+    GeoRestrictedError,
+    UnsupportedError,
+)
 
 from mimeline.media.limits import Limits, Refused
 from mimeline.media.remote import Gone, NotDownloaded, TurnedAway, Unreachable, fault
@@ -62,6 +68,24 @@ def of_status(status: int, url: str = PAGE, **headers: str) -> ExtractorError:
 def test_what_sites_say_is_told_apart(error, kind):
     said = fault_of(as_raised(error), PAGE)
     assert type(fault(PAGE, Limits(), **said)) is kind
+
+
+@pytest.mark.parametrize(
+    ("error", "found"),
+    [
+        (of_status(503), "the answer 503 ("),
+        (of_status(404, url="http://x/api"), "the answer 404 (Not Found) where the page leads to"),
+        (ContentTooShortError(10, 40), "a server that broke off after 10 of 40 bytes"),
+        (TransportError("[Errno 111] Connection refused"), "a server that refused the connection"),
+        (ExtractorError("Private video", video_id="v1", ie="youtube", expected=True), "Private"),
+        (UnsupportedError("http://x/"), "a page on which yt-dlp finds no video"),
+        (KeyError("formats"), "a page that yt-dlp fails on ('formats')"),
+    ],
+    ids=str,
+)
+def test_what_went_wrong_is_said_in_plain_words(error, found):
+    raised = fault(PAGE, Limits(), **fault_of(as_raised(error), PAGE))
+    assert raised.found.startswith(found)
 
 
 def test_a_server_that_asks_to_wait_is_heard():

@@ -35,11 +35,12 @@ def path_fault(video: str | None) -> Fault | None:
     if not isinstance(video, str):
         return None
     path = PurePosixPath(video)
-    windows = "\\" in video or PureWindowsPath(video).drive
     if not video.isprintable():
         what = "cannot be printed: rename it"
-    elif ".." in path.parts or path.is_absolute() or not path.name or windows:
+    elif ".." in path.parts or path.is_absolute() or not path.name or PureWindowsPath(video).drive:
         what = "leads out of data_dir: give a path below it, with /"
+    elif "\\" in video:
+        what = "holds a backslash: give a path below data_dir, with /"
     else:
         return None
     return {"rule": "unsafe_path", "detail": f"'{shown(video)}' {what}"}
@@ -71,18 +72,26 @@ def judged(entries: Iterable[tuple[str, dict]]) -> list[tuple[str, dict]]:
     """
     entries = sorted(entries, key=lambda entry: "rule" in entry[1])
     names = _told_apart([shown(clip_id) for clip_id, _ in entries])
-    found, capitals = [], {}
+    found, first, capitals = [], {}, {}
     for (clip_id, entry), name in zip(entries, names, strict=True):
         if "rule" in entry:
             pass
         elif name != clip_id:
-            detail = f"{clip_id} stands in the catalogue before: the first one counts. Rename one"
-            entry = {"rule": "repeated_id", "detail": detail}
+            entry = {"rule": "repeated_id", "detail": _repeated(clip_id, first[clip_id], entry)}
         elif (other := capitals.setdefault(clip_id.casefold(), clip_id)) != clip_id:
             detail = f"differs from {other} in capitals alone: files may not. Rename one"
             entry = {"rule": "case_collision", "detail": detail}
+        first.setdefault(clip_id, entry)
         found.append((name, entry))
     return found
+
+
+def _repeated(clip_id: str, first: dict, entry: dict) -> str:
+    """How two records come to share an id: by their videos, where they tell of two."""
+    videos = [shown(row["video"]) for row in (first, entry) if row.get("video")]
+    if len(set(videos)) < 2:
+        return f"{clip_id} stands in the catalogue before: the first one counts. Rename one"
+    return f"{' and '.join(videos)} are both {clip_id}: the first one counts. Rename one"
 
 
 def _told_apart(ids: list[str]) -> list[str]:

@@ -23,6 +23,7 @@ from mimeline.media.limits import Limits, Refused, check_bytes, check_video
 from mimeline.media.probe import probe
 from mimeline.media.remote import (
     Address,
+    Broken,
     Declined,
     Gone,
     TurnedAway,
@@ -92,13 +93,14 @@ class Download:
     def footage(self, since_s: float, until_s: float) -> Footage:
         """These seconds, or the whole video.
 
-        Raises Gone, Unreachable or NotDownloaded; Refused beyond the limits; OSError if the disk is
-        full.
+        Raises Gone, Unreachable, Broken or NotDownloaded; Refused beyond the limits; OSError if the
+        disk is full.
         """
         if self._footage is None:
             try:
                 self._footage = self._taken(since_s, until_s)
             except MimelineError as error:
+                error.file = self.address  # what lies here is gone when this is read
                 self._footage = error
         if isinstance(self._footage, MimelineError):
             raise self._footage
@@ -115,8 +117,7 @@ class Download:
     def _taken(self, since_s: float, until_s: float) -> Footage:
         known = self._remembered()
         if "gone" in known:
-            since = f"since {known['at'][:10]}; delete {self._note} to ask again"
-            raise Gone(self.address, f"{known['gone']} ({since})", "")
+            raise self._gone()
         if known.get("max_height") != self.terms.max_height and self._folder.is_dir():
             shutil.rmtree(self._folder)
         self._folder.mkdir(parents=True, exist_ok=True)
@@ -126,7 +127,14 @@ class Download:
         except Gone as error:
             self._remember(gone=error.found)
             shutil.rmtree(self._folder, ignore_errors=True)
-            raise
+            raise self._gone() from error
+
+    def _gone(self) -> Gone:
+        """The error that the note speaks of."""
+        known = self._remembered()
+        found = f"{known['gone']} on {known['at'][:10]}"
+        remedy = f"Put the video in fetch.folder, or delete {self._note} to ask again."
+        return Gone(self.address, found, remedy)
 
     def _in_part_or_whole(self, since_s: float, until_s: float) -> Footage:
         if self.alone and not any(self._folder.iterdir()):
@@ -158,10 +166,10 @@ class Download:
         return [Address(url, headers) for url, headers in facts["parts"]]
 
     def _whole(self) -> Footage:
-        path = next(self._folder.glob("whole.*"), None)
+        path, as_given = next(self._folder.glob("whole.*"), None), False
         if path is None:
             self._remember(max_height=self.terms.max_height)
-            made = self._transferred() if self._ending else self._found()
+            made, as_given = self._transferred() if self._ending else self._found()
             path = made.rename(made.with_name(f"whole{made.suffix}"))
         try:
             video = probe(path, self.limits)
@@ -171,11 +179,14 @@ class Download:
             with path.open("rb") as file:
                 kind = kind_of(file.read(512))
             path.unlink()
-            again = TurnedAway if kind else Unreachable
-            raise again(self.address, kind or error.found) from error
+            if kind:
+                raise TurnedAway(self.address, kind) from error
+            fault = Broken if as_given else Unreachable
+            raise fault(self.address, error.found) from error
         return Footage(path, video, video.duration_s)
 
-    def _transferred(self) -> Path:
+    def _transferred(self) -> tuple[Path, bool]:
+        """The download, and whether it surely is the file as the server has it."""
         target = self._folder / f"video{self._ending}"
         task = {
             "address": self.address,
@@ -184,13 +195,15 @@ class Download:
             "max_bytes": self.limits.max_bytes,
             "stall_s": self.terms.stall_s,
         }
-        told_by(transfer.__file__, task, self.address, self._patient())
-        return target
+        facts = told_by(transfer.__file__, task, self.address, self._patient())
+        return target, facts["as_given"]
 
-    def _found(self) -> Path:
+    def _found(self) -> tuple[Path, bool]:
+        """As `_transferred`, of what yt-dlp finds; it checks the lengths itself."""
+        taken_up = any(self._folder.iterdir())
         facts = self._asked(self._folder / "video")
         self._check(facts)
-        return Path(facts["path"])
+        return Path(facts["path"]), not taken_up
 
     def _patient(self) -> Limits:
         """A download may take as long as the longest video plays."""

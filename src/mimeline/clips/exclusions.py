@@ -10,6 +10,7 @@ from mimeline.errors import BadFile, MissingColumn, unreadable
 COLUMNS = ("clip_id", "reason")
 # What a person looks for in the clips (Höll 2024, 5.1); any other text is a reason too.
 OCCLUSION, WRONG_CROP, LOW_QUALITY = REASONS = ("occlusion", "wrong_crop", "low_quality")
+FILM = ".mp4"  # of the keys in published files, which clip ids lack
 EXPECTED = "a CSV of clip_id and reason"
 
 

@@ -183,8 +183,7 @@ def _fact(source, piece: Piece, media: Path, limits: Limits, recipe: str) -> dic
     fact = known.get("fact")
     if fact is None:
         try:
-            footage = source.footage(piece.start_s, piece.start_s + piece.length_s)
-            fact = film.make(piece, footage, media, limits)
+            fact = _made(source, piece, media, limits)
         except BadFile as error:
             if source.lasting and (row := failure(error))["rule"] != "timed_out":
                 facts = {"failed": row, "limits": asdict(limits), "stamp": source.stamp()}
@@ -196,6 +195,16 @@ def _fact(source, piece: Piece, media: Path, limits: Limits, recipe: str) -> dic
     for path, n_bytes in zip(film.files(media, piece.clip_id), fact["bytes"], strict=False):
         check_bytes(path, n_bytes or 0, limits)
     return fact
+
+
+def _made(source, piece: Piece, media: Path, limits: Limits) -> dict:
+    footage = source.footage(piece.start_s, piece.start_s + piece.length_s)
+    try:
+        return film.make(piece, footage, media, limits)
+    except BadFile as error:
+        if error.file == str(footage.path):
+            error.file = str(source.name)  # a download is gone when this is read
+        raise
 
 
 def _note_rate(decisions: Ledger, piece: Piece, rate: float) -> None:

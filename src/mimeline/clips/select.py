@@ -10,7 +10,7 @@ import pandas as pd
 
 from mimeline import tables
 from mimeline.clips.conditions import Condition, condition, facts
-from mimeline.clips.exclusions import read_exclusions
+from mimeline.clips.exclusions import FILM, read_exclusions
 from mimeline.clips.findings import FACTS, Findings
 from mimeline.clips.intervals import Interval, timed
 from mimeline.clips.overlap import duplicates
@@ -83,12 +83,12 @@ def decide(
 ) -> pd.DataFrame:
     """What the ledger says of the clips: the first rule that each breaks, in this order.
 
-    excluded: left out by hand, whatever else holds. too_short, too_long: min_s and max_s seconds,
-    both allowed. excluded_action: the catalogue lists such an action, be it ever so short or
-    uncertain; blanks and underscores are one. too_small: the lesser of width and height, pixels.
-    condition: one of the user's. duplicate: it overlaps a clip of its source that breaks no rule,
-    by more than max_overlap; where a clip breaks another rule and is a duplicate besides, the
-    detail tells.
+    excluded: left out by hand, whatever else holds; exclusions may write an id with .mp4 at its
+    end. too_short, too_long: min_s and max_s seconds, both allowed. excluded_action: the catalogue
+    lists such an action, be it ever so short or uncertain; blanks and underscores are one.
+    too_small: the lesser of width and height, pixels. condition: one of the user's. duplicate: it
+    overlaps a clip of its source that breaks no rule, by more than max_overlap; where a clip breaks
+    another rule and is a duplicate besides, the detail tells.
 
     clips: rows of the `clips` table. Returns clip_id, status, rule, value, limit, unit, detail: a
     row for each dropped clip, and for each rule that could not be applied to a kept one.
@@ -96,10 +96,9 @@ def decide(
     columns = {"duration_s", "side_px"}.union(*(asked.columns for asked in conditions))
     known = facts(clips, sorted(columns))
     found = Findings(clips["clip_id"])
-    reasons = clips["clip_id"].map(dict(exclusions))
-    found.drop(
-        "excluded", clips["clip_id"].isin(exclusions), details=lambda rows: reasons.iloc[rows]
-    )
+    ids, listed_by_hand = clips["clip_id"], dict(exclusions)
+    reasons = ids.map(listed_by_hand).fillna((ids + FILM).map(listed_by_hand))
+    found.drop("excluded", reasons.notna(), details=lambda rows: reasons.iloc[rows])
     length = known["duration_s"].to_numpy(float)  # (n,)
     found.drop("too_short", length < min_s - ROUNDING_S, length, min_s, "s")
     found.drop("too_long", length > max_s + ROUNDING_S, length, max_s, "s")
@@ -154,4 +153,4 @@ def _drop_duplicates(found: Findings, clips: pd.DataFrame, max_overlap: float) -
 def unknown(by_hand: Mapping[str, str], catalogue: Path) -> list[str]:
     """Ids of the list that no clip of the catalogue's ledger has."""
     known = set(tables.read(tables.LEDGER, catalogue, ["clip_id"])["clip_id"])
-    return sorted(set(by_hand) - known)
+    return sorted(name for name in by_hand if not {name, name.removesuffix(FILM)} & known)

@@ -41,7 +41,8 @@ class Footage(NamedTuple):
 class LocalSource:
     """A video file; it is looked into once, when the first clip is to be cut out of it.
 
-    within: a folder that it must lie in, links followed; None: anywhere.
+    within: a folder that its path must lead into by its names; None: anywhere. Links are followed
+    wherever they lead: they are the user's.
     """
 
     lasting = False  # to find out again why a clip cannot be cut costs nothing
@@ -80,7 +81,7 @@ class LocalSource:
                 self.path,
                 found="a path that leads out of data_dir",
                 expected="a video below it",
-                remedy="Move the video there.",
+                remedy="Name a video below it, or link to it from there.",
             )
         try:
             return self.path.stat()

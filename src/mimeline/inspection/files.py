@@ -97,11 +97,16 @@ def table_by_columns(path: Path) -> str | None:
     """The table of a run whose columns a Parquet file has; None for any other file."""
     if path.suffix.lower() != ".parquet" or not path.is_file():
         return None
-    try:
-        columns = pq.read_schema(path).names
-    except (pa.ArrowException, OSError, ValueError):
-        return None
+    columns = columns_of(path)
     return next((name for name, table in TABLES.items() if table.schema.names == columns), None)
+
+
+def columns_of(path: Path) -> list[str]:
+    """The columns of a Parquet file; none where it cannot be read."""
+    try:
+        return pq.read_schema(path).names
+    except (pa.ArrowException, OSError, ValueError):
+        return []
 
 
 def is_losses(path: Path) -> bool:

@@ -139,7 +139,7 @@ def _told(asked: WhatIf, paint: Paint) -> list[str]:
             text = (
                 f"The ledger of {stage} says otherwise of {words.clips(len(differ))}, such as "
                 f"{differ[0]}, than the configuration here would: the results were made with "
-                "other options. Name the run's own configuration with --config."
+                f"other options. {asked.remedy}"
             )
             lines += ["", *(paint(f"  {line}", YELLOW) for line in layout.wrapped(text, 2))]
     return lines
@@ -171,7 +171,7 @@ def _one(change: Change, now: Change, asked: WhatIf, paint: Paint) -> list[str]:
             )
     if change.lost:
         facts["lost"] = _named(change.lost)
-        facts["of these"] = f"{words.clips(change.through)} came through all stages that have run"
+        facts["of these"] = f"{words.count(change.through)} are kept by the run as it stands"
     if not (change.gained or change.lost):
         facts["changes"] = "none"
     return [paint(line, BOLD) for line in layout.wrapped(f"with {keys}", 0)] + [
@@ -182,11 +182,14 @@ def _one(change: Change, now: Change, asked: WhatIf, paint: Paint) -> list[str]:
 def _several(changes: list[Change], now: Change, paint: Paint) -> list[str]:
     """A line for each value that was asked for, and one for the run's own."""
     values = {key: {_shown(change.asked[key]) for change in changes} for key in now.asked}
-    key = max(values, key=lambda key: len(values[key]))
+    keys = sorted(values, key=lambda key: -len(values[key]))  # stable
     shown = changes if any(change.is_now for change in changes) else [*changes, now]
-    shown = sorted(shown, key=lambda c: (c.asked[key] is None, c.asked[key]))
-    rows = [(change.stage, _shown(change.asked[key]), *_counts(change, now)) for change in shown]
-    head, *lines = layout.table([("", key, "kept", "", "minutes", ""), *rows])
+    shown = sorted(shown, key=lambda c: (c.asked[keys[0]] is None, c.asked[keys[0]]))
+    rows = [
+        (change.stage, *(_shown(change.asked[key]) for key in keys), *_counts(change, now))
+        for change in shown
+    ]
+    head, *lines = layout.table([("", *keys, "kept", "", "minutes", ""), *rows])
     return [paint(head, FAINT), *lines]
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from mimeline.errors import BadFile, NoSuchFile, unreadable
 from mimeline.inspection import files
-from mimeline.inspection.catalogues import catalogue
+from mimeline.inspection.catalogues import catalogue, table_of_clips
 from mimeline.inspection.folder import inspect_folder
 from mimeline.inspection.inspection import Inspection
 from mimeline.inspection.options import Options
@@ -49,6 +49,8 @@ def _inspect(path: Path, options: Options) -> Inspection:
         return files.video(path)
     if files.is_losses(path):
         return files.losses(path)
+    if seen := table_of_clips(path, options):
+        return seen
     if (look := OTHERS.get(path.suffix.lower())) and (seen := look(path)):
         return seen
     if options.format and may_be(path, options.format):  # the configuration knows better
@@ -60,7 +62,8 @@ def _inspect(path: Path, options: Options) -> Inspection:
         path,
         found=_beginning(path),
         expected=f"a tracking result ({', '.join(READERS)}), a video, a table of a run, "
-        "a catalogue (CelebV-Text, CelebV-HQ), 6DRepNet angles or a face model",
+        "a catalogue (CelebV-Text, CelebV-HQ, a table of clips), a list of exclusions, "
+        "6DRepNet angles or a face model",
         remedy="--format NAME reads it as that format and says what is missing.",
     )
 

@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 from mimeline import tables
 from mimeline.errors import BadFile, NoSuchFile
 from mimeline.reporting.funnel import STAGES
+from mimeline.run import recall
 from mimeline.tables import Table
 
 ANY = range(sys.maxsize)  # shards
@@ -43,7 +44,7 @@ def decisions(results: Path) -> pd.DataFrame:
             place="ledgers",
             found=f"the stage {unknown[0]!r}",
             expected=f"{', '.join(STAGES)}",
-            remedy="Another version made these results: run snakemake again.",
+            remedy=f"Another version made these results: {recall(results).command()}.",
         )
     return rows.assign(place=rows["stage"].map(STAGES.index))
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from mimeline.clips.catalogues.films import ENDINGS as VIDEOS
-from mimeline.inspection.catalogues import catalogue_kind
+from mimeline.inspection.catalogues import catalogue_kind, list_kind
 from mimeline.inspection.files import (
     LOSSES,
     is_head_poses,
@@ -30,7 +30,7 @@ def format_of(path: Path, options: Options) -> str | None:
 
 def recognised(path: Path, options: Options) -> str | None:
     """The format that a take looks like, by what is in it; None where it looks like none."""
-    if table_by_columns(path):
+    if table_by_columns(path) or list_kind(path):
         return None
     formats = sorted(READERS, key=lambda name: name != options.format)  # stable: the rest in order
     return next((f for f in formats if may_be(path, f) and READERS[f].holds(path)), None)
@@ -68,6 +68,8 @@ def kind_of(path: Path, options: Options) -> str | None:
         return LOSSES
     if is_video(path):
         return "video"
+    if kind := list_kind(path):
+        return kind
     if path.suffix.lower() == ".parquet" and (name := table_name(path)):
         return f"table {name}"
     if kind := catalogue_kind(path):

@@ -1,5 +1,6 @@
 """What other limits would change, told from what a run has left, without running anything."""
 
+import difflib
 import tempfile
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -20,10 +21,12 @@ from mimeline.errors import BadConfig, NoSuchFile
 from mimeline.inspection.left_behind import has_run, rows_of, shards
 from mimeline.inspection.options import from_yaml, value_of
 from mimeline.reporting.funnel import STAGES
+from mimeline.run import DEFAULT, recall
 
-CONFIG = Path("config/config.yaml")
+CONFIG = Path(DEFAULT)
 YAW = "pose.max_yaw_deg"
 BEFORE = {"select": "catalogue", "pose": "ingest"}  # whose clips a stage decides on
+ALIKE = 0.75  # share of letters, from which a key is another one misspelt
 LEAST_DEG = 1e-6  # a limit that every head breaks: the ledger then tells how far each turns
 
 
@@ -53,13 +56,14 @@ class WhatIf:
     """changes: one for each value that was asked for. now: the same with the run's own options.
 
     differ: clips on which the ledger says something else than the configuration would; beyond:
-    stages that have run and have not seen what is gained.
+    stages that have run and have not seen what is gained. remedy: where they differ.
     """
 
     changes: list[Change]
     now: dict[str, Change]
     differ: dict[str, list[str]]
     beyond: dict[str, list[str]]
+    remedy: str
 
     @property
     def sound(self) -> bool:
@@ -72,13 +76,14 @@ def what_if(
 ) -> WhatIf:
     """What the stages would do with other values of some keys.
 
-    configs: the run's configuration files, over config/config.yaml. sets: "select.max_s=12", or
+    configs: configuration files, over config/config.yaml; without any, what the run itself was told
+    counts, where that is known. sets: "select.max_s=12", or
     several values of a number, "select.max_s=8,10,12", or the key again for another value. ledger:
     the run's decisions.
     Raises BadConfig for a key that cannot be asked or a value that it may not have; NoSuchFile
-    where the stage has not run.
+    where the stage has not run, or where head poses that it read are no longer there.
     """
-    values = configured(configs)
+    values = configured(results, configs)
     asked: dict[str, list[Any]] = {}
     for key, given in map(_asked, sets):
         asked.setdefault(key, []).extend(given)
@@ -109,11 +114,23 @@ def what_if(
             after = run.outcome(stage, config)
             changes.append(run.change(stage, chosen, before, after, end))
     beyond = {s: [t for t in STAGES[STAGES.index(s) + 1 :] if has_run(results, t)] for s in stages}
-    return WhatIf(changes, now, differ, beyond)
+    remedy = "Name the run's own configuration with --config."
+    if recall(results).config:
+        remedy = (
+            "Without --config that of the run counts."
+            if configs
+            else (f"Type {recall(results).command()} first.")
+        )
+    return WhatIf(changes, now, differ, beyond, remedy)
 
 
-def configured(configs: Sequence[Path]) -> dict[str, Any]:
-    """The values of configuration files, each over those before it, as Snakemake lays them."""
+def configured(results: Path, configs: Sequence[Path]) -> dict[str, Any]:
+    """The values of configuration files, each over those before it, as Snakemake lays them.
+
+    Without any those of the run that made the results, where they are known.
+    """
+    if not configs and (known := recall(results).config):
+        return known
     values: dict[str, Any] = {}
     for path in [*([CONFIG] if CONFIG.is_file() else []), *configs]:
         values = _laid_over(values, from_yaml(Path(path)))
@@ -147,12 +164,14 @@ def _asked(text: str) -> tuple[str, list[Any]]:
     key, defaults = key.strip(), validate({})["select"]
     known = [*(f"select.{name}" for name in defaults), YAW]
     if key not in known or not equals:
+        near = difflib.get_close_matches(key, known, 1, ALIKE) if key not in known else []
+        remedy = "What another key changes shows once snakemake has run with it."
         raise BadConfig(
             "--set",
             place=text,
-            found="a key that needs a run" if equals else "no KEY=VALUE",
+            found="a key that cannot be asked" if equals else "no KEY=VALUE",
             expected=f"one of {', '.join(known)}",
-            remedy="What another key changes shows once snakemake has run with it.",
+            remedy=f"Is it {near[0]}?" if near else remedy,
         )
     default = defaults.get(key.partition(".")[2], 0.0)
     if isinstance(default, (int, float)):
@@ -226,23 +245,22 @@ class _Run:
                 self.results / stage,
                 found="no such folder",
                 expected=f"the clips that {stage} kept",
-                remedy=f"Run snakemake --cores 2 --until {stage} first.",
+                remedy=f"Run {recall(self.results).command('--until', stage)} first.",
             )
         return rows_of(self.results, stage, tables.CLIPS, columns)
 
     @cached_property
     def peaks(self) -> pd.Series:
         """The largest |yaw| of each clip that has a head angle, degrees."""
-        rows = []
-        data = self.config["data_dir"] or self.results / "toy" / "data"
-        keys = self.config["pose"]
+        rows, keys = [], self.config["pose"]
+        data = self._poses(keys) if keys["format"] != "motion" else self.results
         with tempfile.TemporaryDirectory() as scratch:
             kept, ledger = Path(scratch) / "clips.parquet", Path(scratch) / "ledger.parquet"
             for folder in shards(self.results, "ingest"):
                 pose(
                     clips=folder / "clips.parquet",
                     motion=folder / "motion.parquet",
-                    data=Path(data),
+                    data=data,
                     kept=kept,
                     ledger=ledger,
                     format=keys["format"],
@@ -252,3 +270,19 @@ class _Run:
                 rows.append(tables.read(tables.LEDGER, ledger))
         told = pd.concat(rows)
         return told[told["status"] == "dropped"].set_index("clip_id")["value"]
+
+    def _poses(self, keys: dict[str, Any]) -> Path:
+        """The folder under which the table of head poses lies."""
+        toy = self.results / "toy" / "data"
+        data, file = Path(self.config["data_dir"] or toy), keys[keys["format"]]["file"]
+        if not (data / file).exists():
+            unset = data == toy and not toy.is_dir()
+            raise NoSuchFile(
+                f"data_dir/{file}" if unset else data / file,
+                place=f"pose.{keys['format']}.file",
+                found="no data_dir in the configuration" if unset else "no such file or folder",
+                expected="the head poses that the run read",
+                remedy="Name the run's configuration with --config, or ask in the folder "
+                "where it was run.",
+            )
+        return data

@@ -2,6 +2,7 @@
 
 import difflib
 import json
+import shlex
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, field
 from fnmatch import fnmatchcase
@@ -10,18 +11,21 @@ from pathlib import Path
 import pandas as pd
 
 from mimeline import tables
+from mimeline.clips.exclusions import FILM
 from mimeline.clips.intervals import timed
 from mimeline.errors import BadFile, printable
 from mimeline.inspection import layout
 from mimeline.inspection.layout import BOLD, FAINT, GREEN, RED, YELLOW, Paint
 from mimeline.inspection.left_behind import decisions, files_with, has_run, rows_of
-from mimeline.inspection.remedies import remedy
+from mimeline.inspection.remedies import Step, named, remedy
 from mimeline.reporting import words
 from mimeline.reporting.funnel import STAGES
+from mimeline.run import Run, recall
 
 AT_LENGTH = 3  # more clips than that have a line each
 NEAR = 6  # names to offer instead of one that nobody has
 ENOUGH = 4  # letters that tell a name
+ALIKE = 0.5  # share of letters, from which names resemble each other
 GLOB = set("*?[")
 CODES = {"kept": GREEN, "dropped": RED, "failed": RED}
 
@@ -54,34 +58,39 @@ class Story:
     outcome: str
     facts: dict[str, str]
     decisions: list[Decision]
-    todo: str
+    todo: list[Step]
     files: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Found:
-    """The stories that were asked for; of: the source that they are all clips of, if one was."""
+    """The stories that were asked for.
+
+    of: the source that they are all clips of, if one was. waiting: stages that have not run.
+    missed: a problem for each name that nobody has.
+    """
 
     stories: list[Story]
     of: str
-    waiting: list[str]  # stages that have not run
+    waiting: list[str]
+    missed: list[str] = field(default_factory=list)
 
 
 def why(results: Path, asked: Sequence[str]) -> Found:
     """What each stage decided on clips.
 
     results: a run's folder. asked: ids, patterns of ids such as `oC9r*`, or a source's name: all
-    its clips. Raises NoSuchFile where no run has been; BadFile for an id that nobody has, with
-    those that are near.
+    its clips. An id may end in .mp4. Raises NoSuchFile where no run has been; BadFile where
+    nobody has any of the ids, with those that are near.
     """
     rows = decisions(results)
     clips = rows_of(results, "catalogue", tables.CLIPS).set_index("clip_id", drop=False)
-    ids, of = _meant(asked, pd.unique(rows["clip_id"]), clips, results)
+    ids, of, missed = _meant(asked, pd.unique(rows["clip_id"]), clips, results)
     rows = rows[rows["clip_id"].isin(ids)].sort_values(["place", "rule"], kind="stable")
     films = rows_of(results, "fetch", tables.CLIPS, ["clip_id", "media"]).set_index("clip_id")
     parts = rows_of(results, "split", tables.SPLIT).set_index("clip_id")
     by_clip = dict(list(rows.groupby("clip_id")))
-    stories = []
+    stories, run = [], recall(results)
     for clip_id in ids:
         made = [_decision(row) for row in by_clip[clip_id].itertuples()]
         last = made[-1]
@@ -95,11 +104,12 @@ def why(results: Path, asked: Sequence[str]) -> Found:
                 _outcome(last, parts["part"].get(clip_id)),
                 _facts(clips.loc[clip_id]) if clip_id in clips.index else {},
                 made,
-                "" if last.status == "kept" else remedy(last.stage, last.rule, last.value),
+                [] if last.status == "kept" else _todo(last, results, run),
                 files,
             )
         )
-    return Found(stories, of, [stage for stage in STAGES if not has_run(results, stage)])
+    waiting = [stage for stage in STAGES if not has_run(results, stage)]
+    return Found(stories, of, waiting, missed)
 
 
 def as_text(found: Found, colour: bool = False) -> str:
@@ -118,37 +128,54 @@ def as_json(found: Found) -> str:
 
 def _meant(
     asked: Iterable[str], known: Iterable[str], clips: pd.DataFrame, results: Path
-) -> tuple[list[str], str]:
-    """The ids that are asked for, each once; and the source, where it is one's name."""
-    known, found, of = sorted(known), {}, ""
+) -> tuple[list[str], str, list[str]]:
+    """The ids that are asked for, each once; the source, where it is one's name; what is none.
+
+    Raises BadFile where every name is none.
+    """
+    known, found, of, missed = sorted(known), {}, "", []
     for name in asked:
-        if name in set(known):
-            ids = [name, *(k for k in known if k.startswith(f"{name}#"))]
-        elif ids := list(clips.index[clips["source_id"] == name]):
-            of = name
+        bare = name.removesuffix(FILM)
+        if own := {name, bare} & set(known):
+            clip_id = name if name in own else bare
+            ids = [clip_id, *(k for k in known if k.startswith(f"{clip_id}#"))]
+        elif ids := list(clips.index[clips["source_id"] == bare]):
+            of = bare
         elif GLOB & set(name):
             ids = [k for k in known if fnmatchcase(k, name)]
         if not ids:
-            raise _nobody(name, known, clips, results)
+            missed.append(_nobody(name, known, clips, results))
         found |= dict.fromkeys(ids)
-    return list(found), of
+    if not found:
+        raise missed[0]
+    return list(found), of, list(map(str, missed))
 
 
 def _nobody(name: str, known: list[str], clips: pd.DataFrame, results: Path) -> BadFile:
-    folded = name.casefold()
-    names = [*known, *pd.unique(clips["source_id"])]
-    near = [
-        k for k in names if folded in k.casefold() or (len(k) >= ENOUGH and k.casefold() in folded)
-    ]
-    near = near or difflib.get_close_matches(name, names, NEAR, 0.5)
+    near = _near(name.removesuffix(FILM), known, list(pd.unique(clips["source_id"])))
     offered = ", ".join(near[:NEAR]) + (", …" if len(near) > NEAR else "")
+    funnel = shlex.join(["mimeline", "funnel", *named(results)])
     return BadFile(
         results,
         place=f"clip {name!r}",
         found="no clip of that name",
         expected=f"one of its {words.count(len(known))} clips, a source, or a pattern such as 'a*'",
-        remedy=f"Near it: {offered}." if near else "mimeline funnel lists what there is.",
+        remedy=f"Near it: {offered}." if near else f"{funnel} lists what there is.",
     )
+
+
+def _near(name: str, known: list[str], sources: list[str]) -> list[str]:
+    """Clips, then sources, that hold the name, else that resemble it, else that it holds."""
+    names, folded = [*known, *sources], name.casefold()
+    holding = [k for k in names if folded in k.casefold()]
+    alike = [n for of in (known, sources) for n in difflib.get_close_matches(name, of, NEAR, ALIKE)]
+    held = [k for k in names if len(k) >= ENOUGH and k.casefold() in folded]
+    return holding or list(dict.fromkeys([*alike, *held]))
+
+
+def _todo(last: Decision, results: Path, run: Run) -> list[Step]:
+    """What to do about a clip that is lost."""
+    return remedy(last.stage, last.rule, last.value, last.detail, results, run)
 
 
 def _decision(row) -> Decision:
@@ -234,8 +261,10 @@ def _told(story: Story, waiting: list[str], paint: Paint) -> list[str]:
     later = STAGES[STAGES.index(story.decisions[-1].stage) + 1 :]
     told = "none of them saw it" if story.status != "kept" else "not run yet"
     lines += [paint(f"  {', '.join(later)}: {told}", FAINT)] if later else []
-    todo = {"what to do": story.todo} if story.todo else {}
-    lines += ["", *layout.listed(todo, paint)] if todo else []
+    lines += ["", f"  {paint('what to do', FAINT)}"] if story.todo else []
+    for step in story.todo:
+        lines += ["    " + line for line in layout.wrapped(step.say, 4)]
+        lines.append(f"      {step.command}")  # whole, however long, to be copied
     lines += [""] if story.files else []
     label = max(map(len, story.files), default=0)
     for name, path in story.files.items():  # whole, however long, to be copied

@@ -128,9 +128,9 @@ def frames_shown(
             value=max(there, 0),
             limit=n_frames,
             unit="frames",
-            found=f"{max(there, 0)} frames from {start_s:g} s on, at {fps} frames per second",
-            expected=f"{n_frames}",
-            remedy="Check the clip's times, or take the whole video.",
+            found=f"an end at {round(probe.duration_s, 2):g} s",
+            expected=f"the {round(float(start_s + n_frames / fps), 2):g} s that the clip asks for",
+            remedy="Check the catalogue's times, and whether this is the video that they speak of.",
         )
     since_us = np.rint(probe.times * 1e6).astype(np.int64) - _start_us(probe, start_s) + EARLY_US
     second_us = 1_000_000 * fps.denominator

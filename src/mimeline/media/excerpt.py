@@ -105,7 +105,7 @@ def copied(
                 if packet.is_discard:
                     raise Declined("frames that are not shown")
                 if packet.is_corrupt:
-                    raise Passing("a packet is cut off")
+                    raise file.fault or Declined("a packet is cut off")
                 if key is None and packet.is_keyframe:
                     key = packet.pts, number_of(container, video, packet.dts)
                 times.append(packet.pts)

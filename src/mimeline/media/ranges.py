@@ -12,6 +12,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from http.client import HTTPException, HTTPMessage, HTTPResponse
 
+from mimeline.media.plain_words import answered, broke_off, in_plain_words
+
 BLOCK = 1 << 16  # bytes
 MOST = 16  # blocks asked for at once: each time that reading goes on it is twice as many
 KEPT = 64  # blocks: pictures and sound lie apart in some files, and are read in turn
@@ -33,10 +35,10 @@ class Passing(Exception):
 
 
 class Answered(Exception):
-    """The server says no."""
+    """The server says no. said: what it answers, or gives in the place of a video."""
 
-    def __init__(self, status: int, reason: str, retry_after_s: float | None):
-        super().__init__(f"{status} {reason}")
+    def __init__(self, status: int, said: str, retry_after_s: float | None):
+        super().__init__(said)
         self.status, self.retry_after_s = status, retry_after_s
 
     @property
@@ -50,8 +52,11 @@ class RemoteFile(io.RawIOBase):
     """A file at an address of http or https; what is read of it is fetched, and no more.
 
     stall_s: how long the server may be silent, seconds.
+    fault: what broke the last read that failed, for those to whom the reader does not hand it on.
     Raises Answered, NoRanges or Passing, when opened and on each read.
     """
+
+    fault: Exception | None = None
 
     def __init__(self, address: str, headers: dict[str, str], stall_s: float):
         self._address, self._headers, self._stall_s = address, headers, stall_s
@@ -87,7 +92,11 @@ class RemoteFile(io.RawIOBase):
         if number not in self._blocks:
             self._ahead = min(2 * self._ahead, MOST) if number == self._next else 1
             self._next = number + self._ahead
-            body = self._fetched(number * BLOCK, self._next * BLOCK)
+            try:
+                body = self._fetched(number * BLOCK, self._next * BLOCK)
+            except (Answered, NoRanges, Passing) as fault:
+                self.fault = fault
+                raise
             for place in range(self._ahead):
                 self._blocks[number + place] = body[place * BLOCK : (place + 1) * BLOCK]
             while len(self._blocks) > KEPT:
@@ -111,7 +120,7 @@ class RemoteFile(io.RawIOBase):
             raise Passing(f"a file of {self.size} bytes has become one of {size}")
         self.size = size
         if len(body) < min(until, self.size) - since:
-            raise Passing("the server broke off")
+            raise Passing(broke_off(len(body), min(until, self.size) - since))
         return body
 
 
@@ -136,11 +145,13 @@ def replying(address: str, headers: dict[str, str], stall_s: float) -> Iterator[
         with opener.open(request, timeout=stall_s) as reply:
             yield reply
     except urllib.error.HTTPError as error:
-        raise Answered(error.code, error.reason, retry_after_s(error.headers)) from error
+        said = answered(error.code, error.reason)
+        raise Answered(error.code, said, retry_after_s(error.headers)) from error
     except (HTTPException, OSError, ValueError) as error:  # ValueError: whither it sends us
         if getattr(error, "errno", None) in OF_THE_DISK:
             raise
-        raise Passing(str(error)) from error
+        said = str(error) or type(error).__name__
+        raise Passing(in_plain_words(said) or said) from error
 
 
 def given(reply: HTTPResponse) -> tuple[int | None, int | None]:

@@ -60,6 +60,16 @@ class NotDownloaded(NotTaken):
     rule = "not_downloaded"
 
 
+class Broken(NotTaken):
+    """The file that lies there came whole, and no video can be read out of it."""
+
+    rule = "unreadable"
+
+    def __init__(self, address: str, found: str):
+        remedy = "Put one that plays in fetch.folder; `snakemake -R fetch` asks once more."
+        super().__init__(address, found, remedy)
+
+
 class Declined(Exception):
     """No piece can be taken; the whole video may be."""
 

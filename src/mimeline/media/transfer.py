@@ -4,6 +4,7 @@ import json
 import sys
 from pathlib import Path
 
+from mimeline.media.plain_words import broke_off
 from mimeline.media.private_hosts import stay_out
 from mimeline.media.ranges import OF_THE_DISK, Answered, Passing, given, replying
 
@@ -17,9 +18,8 @@ class TooLarge(Exception):
 def main() -> None:
     task = json.loads(sys.argv[1])
     stay_out(task["address"])
-    facts = {}
     try:
-        transfer(**task)
+        facts = {"as_given": transfer(**task)}
     except (Answered, Passing) as error:
         facts = error.facts
     except TooLarge as error:
@@ -33,10 +33,11 @@ def main() -> None:
 
 def transfer(
     address: str, headers: dict[str, str], target: str, max_bytes: int, stall_s: float
-) -> None:
+) -> bool:
     """Download to target; what has come of it lies in target.part until it is whole.
 
     stall_s: how long the server may be silent, seconds.
+    Returns whether it surely is the file that lies there: come at once, as long as announced.
     Raises Answered, Passing, TooLarge; OSError of the disk.
     """
     part = Path(f"{target}.part")
@@ -46,6 +47,7 @@ def transfer(
         with replying(address, headers | wanted, stall_s) as reply:
             first, size = given(reply)
             there = there if there and first == there else 0
+            as_given = not there and (size is not None or reply.chunked)
             if reply.status == 206 and not there:
                 raise Answered(416, "another part than was asked for", None)
             with part.open("ab" if there else "wb") as file:
@@ -60,8 +62,9 @@ def transfer(
         part.unlink()  # of another file
         raise Passing(f"a download that cannot be taken up ({error})") from error
     if size is not None and there < size:
-        raise Passing("the server broke off")
+        raise Passing(broke_off(there, size))
     part.replace(target)
+    return as_given
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 import contextlib
 import errno
 import json
+import re
 import sys
 from collections.abc import Iterator
 from urllib.parse import unquote, urlsplit
@@ -16,6 +17,7 @@ from yt_dlp.utils import (
     UnsupportedError,
 )
 
+from mimeline.media.plain_words import answered, in_plain_words
 from mimeline.media.private_hosts import stay_out
 from mimeline.media.ranges import retry_after_s
 
@@ -26,6 +28,8 @@ LASTING = (
     *("private", "removed", "deleted", "terminated", "taken down", "no longer available"),
     *("does not exist", "doesn't exist", "drm protect"),
 )
+
+PART = re.compile(r"^\[[\w:.+-]+\] ")
 
 BUFFER = 1 << 16  # bytes: what of them has come when a connection breaks is lost
 
@@ -131,7 +135,7 @@ def asked(
             # A site's own address of a file serves for a while: a new one may be better.
             status = next((e.status for e in causes(error) if isinstance(e, HTTPError)), None)
             if status is not None and status < 500 and status != 429:
-                raise Said("passing", in_short(error)) from error
+                raise Said("passing", answered(status, None)) from error
             raise
         return facts | {"path": done["requested_downloads"][0]["filepath"]}
 
@@ -142,7 +146,8 @@ def fault_of(error: Exception, page: str) -> dict:
     page: the address that was looked through. What another that it needs answers is not said of it.
     """
     chain = list(causes(error))
-    said = in_short(error)
+    said = in_short(next((e for e in chain if isinstance(e, ExtractorError)), error))
+    low = said.lower()
     numbers = {e.errno for e in chain if isinstance(e, OSError)}
     if numbers & {errno.ENOSPC, errno.EDQUOT}:
         return {"fault": "full", "said": said}
@@ -150,24 +155,27 @@ def fault_of(error: Exception, page: str) -> dict:
         return {"fault": "large", "said": said}
     for e in chain:
         if isinstance(e, Said):
-            return {"fault": e.fault, "said": said}
+            return {"fault": e.fault, "said": str(e)}
         if isinstance(e, HTTPError):
             wait_s = retry_after_s(e.response.headers)
             facts = {"fault": "answered", "status": e.status, "retry_after_s": wait_s}
+            reply = answered(e.status, e.reason)
             if e.status > 499 or e.status == 429 or same(e.response.url, page):
-                return facts | {"said": said}
+                return facts | {"said": reply}
+            said = f"{reply} where the page leads to"
     if any(isinstance(e, UnsupportedError) for e in chain):
-        return {"fault": "stumped", "said": said}
-    low = next((e.orig_msg for e in chain if isinstance(e, ExtractorError)), said).lower()
+        return {"fault": "stumped", "said": "a page on which yt-dlp finds no video"}
     if any(words in low for words in PASSING):
         return {"fault": "passing", "said": said}
     if any(isinstance(e, TransportError | ContentTooShortError | OSError) for e in chain):
-        return {"fault": "passing", "said": said}
+        plain = (in_plain_words(raw) for raw in (said, *map(str, chain)))
+        return {"fault": "passing", "said": next((w for w in plain if w is not None), said)}
     if any(isinstance(e, ExtractorError) and e.expected for e in chain):
         lasting = any(words in low for words in LASTING)
         return {"fault": "gone" if lasting else "refused", "said": said}
-    alone = all(isinstance(e, DownloadError) for e in chain)
-    return {"fault": "passing" if alone else "stumped", "said": said}
+    if all(isinstance(e, DownloadError) for e in chain):
+        return {"fault": "passing", "said": in_plain_words(said) or said}
+    return {"fault": "stumped", "said": f"a page that yt-dlp fails on ({said})"}
 
 
 def same(one: str, other: str) -> bool:
@@ -191,8 +199,9 @@ def causes(error: BaseException | None) -> Iterator[BaseException]:
 
 
 def in_short(error: Exception) -> str:
-    """yt-dlp's sentence without its advice to developers."""
-    text = " ".join(str(error).removeprefix("ERROR: ").split())
+    """yt-dlp's sentence without its names for its parts and its advice to developers."""
+    text = str(getattr(error, "orig_msg", error)).removeprefix("ERROR: ")
+    text = PART.sub("", " ".join(text.split()))
     return text.partition("; please report this issue")[0][:300] or type(error).__name__
 
 

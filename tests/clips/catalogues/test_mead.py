@@ -47,6 +47,14 @@ def test_a_name_that_does_not_fit_is_a_bad_record_and_an_audio_folder_is_none(me
     assert "expected M003/video/front/angry/level_1/001.mp4" in failed["detail"].iloc[0]
 
 
+def test_two_files_of_one_performance_are_both_named(tmp_path, put, catalogued):
+    names = [f"M003_front_sad_level{between}2_007.mp4" for between in ("", "_")]
+    found = catalogued(put(tmp_path / "data", *names), "mead")
+    assert len(found.clips) == 1
+    row = found.ledger.loc["M003_front_sad_level_2_007#2"]
+    assert row["rule"] == "repeated_id" and all(name in row["detail"] for name in names)
+
+
 def test_only_the_chosen_views_are_taken(mead, catalogued):
     clips = catalogued(mead, "mead", views=["left_30"]).clips
     assert clips.index.tolist() == ["M003_left_30_angry_level_1_001"]

@@ -44,6 +44,13 @@ def test_the_same_pictures_are_taken_once_and_sound_alone_not_at_all(data, caplo
     assert "1 files of sound alone (03-...) passed over" in caplog.text
 
 
+def test_a_performance_that_lies_in_two_folders_is_told_with_both(tmp_path, put, catalogued):
+    names = [f"{folder}/01-01-06-01-02-01-12.mp4" for folder in ("Actor_12", "again")]
+    found = catalogued(put(tmp_path / "data", *names), "ravdess")
+    row = found.ledger.loc["01-01-06-01-02-01-12#2"]
+    assert row["rule"] == "repeated_id" and all(name in row["detail"] for name in names)
+
+
 def test_a_name_that_does_not_fit_is_a_bad_record(data, catalogued):
     ledger = catalogued(data, "ravdess").ledger
     failed = ledger[ledger["status"] == "failed"]

@@ -81,6 +81,24 @@ def test_what_is_wrong_is_said_with_its_place(tmp_path, text, place, found):
     assert "docs/descriptions.md" in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("actions: {talk: [talks, talk]}", "expected 3 entries or more"),
+        ("actions: {talk: [a, b, c, d]}", "expected 3 entries at most"),
+        ("subjects: {female: {plural: perhaps}}", "expected true or false"),
+        ("openers: {next: [1]}", "expected a text"),
+        ("durations: [{up_to: 2, says: [briefly]}]", "expected less than or equal to 1"),
+        ("mentions: ['the {name}']", "expected a text whose slots are among: {a}, {noun}"),
+        ("joins: [{last: and}]", "found nothing, expected this key"),
+    ],
+)
+def test_what_was_expected_is_said_in_plain_words(tmp_path, text, expected):
+    with pytest.raises(BadFile) as error:
+        read_templates(own(tmp_path, text))
+    assert expected in str(error.value)
+
+
 def test_a_file_that_is_not_there_or_no_text_is_told(tmp_path):
     with pytest.raises(BadFile, match="no such file"):
         read_templates(tmp_path / "none.yaml")

@@ -20,7 +20,7 @@ from mimeline.clips.catalogues.films import film_facts
 from mimeline.clips.catalogues.folder import Bad
 from mimeline.clips.catalogues.json_records import name as name_of
 from mimeline.clips.catalogues.rows import Row, header_and_rows
-from mimeline.clips.intervals import over
+from mimeline.clips.intervals import outside_clip, over
 from mimeline.errors import BadFile, MimelineError, MissingColumn
 from mimeline.media.limits import Limits
 from mimeline.progress import told
@@ -33,6 +33,8 @@ SIDES = NUMBERS[2:]
 SIZES = ("width", "height")
 LISTS = ("actions", "emotions", "attributes", "texts")
 KNOWN = (*IDS, "subject_id", *NUMBERS, *SIZES, "emotion", *LISTS)
+CUTS = ("video", "start_s", "end_s")  # without them a clip would be another one
+MEANT = {"id": "clip_id", "clip": "clip_id", "start": "start_s", "end": "end_s"}
 LARGEST_SIZE = 1 << 20  # pixels
 LARGEST = 1e9  # of any other number
 
@@ -45,7 +47,8 @@ def read(data: Path, file: str, limits: Limits) -> tuple[list[dict], Bad]:
     and source_id. Ids stay the text that they are. A cell without content says nothing. Without
     start_s a clip starts with its video, without end_s it ends with it. limits: of a video.
     Returns rows with what the table tells, and with the video's size where there is neither box nor
-    size. Raises BadFile for a file that is no such table, MissingColumn without a needed column.
+    size; notes tell of intervals outside of their clip. Raises BadFile for a file that is no such
+    table, MissingColumn without a needed column or with a misspelt one that tells what is cut.
     """
     path = Path(data) / file
     header, table = header_and_rows(path)
@@ -89,6 +92,13 @@ def _check_header(header: list[str], path: Path) -> None:
             remedy="Name the columns as docs/catalogues.md does.",
         )
     for name, known in near.items():
+        if known in CUTS and known not in header:
+            raise MissingColumn(
+                path,
+                found=f"a column {name}",
+                expected=f"{known}, or neither",
+                remedy=f"Is it {known}? Rename it, or delete it.",
+            )
         if known and known not in header:
             log.warning("%s: column %s is not used: is it %s?", path.name, name, known)
     unused = [name for name, known in near.items() if name and (not known or known in header)]
@@ -100,7 +110,7 @@ def _nearest(name: str) -> str | None:
     """The known column that a name is probably meant to be."""
     folded = "_".join(name.casefold().replace("-", " ").split())
     found = difflib.get_close_matches(folded, KNOWN, n=1, cutoff=0.8)
-    return found[0] if found else None
+    return MEANT.get(folded) or (found[0] if found else None)
 
 
 def _clip(row: Row, path: Path, film: Callable[[str], dict | MimelineError]) -> dict:
@@ -151,9 +161,12 @@ def _clip(row: Row, path: Path, film: Callable[[str], dict | MimelineError]) -> 
     length_s = clip["end_s"] - clip["start_s"]
     if length_s <= 0:
         return clip  # `catalogue` says what is wrong with its times
-    intervals = interval_list(length_s)
+    intervals, outside = interval_list(length_s), []
     for name in ("actions", "emotions"):
-        clip[name] = cell(name, "names as smile or smile@1.5-3, with ; between", intervals) or []
+        told_of = cell(name, "names as smile or smile@1.5-3, with ; between", intervals)
+        clip[name], beyond = told_of or ([], [])
+        outside += beyond
+    clip["notes"] = outside_clip(outside)
     clip["attributes"] = cell("attributes", "names with ; between", name_list) or []
     clip["texts"] = cell("texts", "texts with | between", text_list) or []
     if clip["emotion"] is not None and not clip["emotions"]:

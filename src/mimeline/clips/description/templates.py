@@ -11,6 +11,19 @@ from mimeline.errors import BadFile, unreadable
 from mimeline.vocabulary import resource
 
 SLOT = re.compile(r"\{([^{}]*)\}")
+PLAINLY = {  # pydantic's kind of error → what was expected
+    "too_short": "{min_length} entries or more",
+    "too_long": "{max_length} entries at most",
+    "missing": "this key",
+    "string_type": "a text",
+    "list_type": "a list",
+    "dict_type": "a mapping",
+    "model_type": "a mapping",
+    "bool_type": "true or false",
+    "bool_parsing": "true or false",
+    "float_type": "a number",
+    "float_parsing": "a number",
+}
 REMEDY = "docs/descriptions.md has every key and slot."
 
 
@@ -188,4 +201,7 @@ def _explained(path: Path, error: ValidationError) -> BadFile:
             path, place=place, found=f"the key {key}", expected="only known keys", remedy=REMEDY
         )
     found = repr(first["input"])[:100] if kind != "missing" else "nothing"
+    if kind in PLAINLY:
+        expected = PLAINLY[kind].format(**first.get("ctx", {}))
+    expected = expected.removeprefix("Input should be ")
     return BadFile(path, place=place, found=found, expected=expected, remedy=REMEDY)
