@@ -157,7 +157,8 @@ def test_a_port_in_use_is_a_plain_error(idle_page):
         serve(lambda key: app, 99999, open_browser=False, say=lambda text: None)
 
 
-def test_the_command_serves_until_interrupted_and_says_how_to_go_on(results, exclusions):
+@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
+def test_the_command_serves_until_it_is_ended_and_says_how_to_go_on(results, exclusions, end):
     exclusions.parent.mkdir()
     exclusions.write_text("clip_id,reason\nb_1,occlusion\nelsewhere,beard\n")
     command = [sys.executable, "-c", "from mimeline.cli import main; main()", "review"]
@@ -169,7 +170,7 @@ def test_the_command_serves_until_interrupted_and_says_how_to_go_on(results, exc
             assert answer.status == 200 and answer.headers["Server"] == "mimeline"
         with pytest.raises(urllib.error.HTTPError, match="403"):
             urllib.request.urlopen(address.partition("?")[0], timeout=60)
-        child.send_signal(signal.SIGINT)
+        child.send_signal(end)
         said, complaint = child.communicate(timeout=60)
     finally:
         child.kill()

@@ -11,6 +11,7 @@ import hmac
 import logging
 import os
 import secrets
+import signal
 import socket
 import sys
 import webbrowser
@@ -85,7 +86,7 @@ def studio(page: Blueprint, media: Media, root: Path, key: str) -> Flask:
 def serve(
     make: Callable[[str], Flask], port: int, open_browser: bool, say: Callable[[str], None]
 ) -> None:
-    """Serve a page until Ctrl-C. make: key → app. port: 0 for any that is free.
+    """Serve a page until Ctrl-C or a request to end. make: key → app. port: 0 for any that is free.
 
     say is told the address, which holds the key. Raises PortTaken.
     """
@@ -101,6 +102,8 @@ def serve(
         say(f"{address}\n  Open it in a browser on this machine; Ctrl-C ends it.")
         if open_browser and _has_desktop():
             webbrowser.open(address)
+        for end in (signal.SIGINT, signal.SIGTERM):  # scripts start what they leave deaf to Ctrl-C
+            signal.signal(end, signal.default_int_handler)
         server.serve_forever()
 
 
