@@ -41,6 +41,10 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--version", action="version", version=f"mimeline {__version__}")
     commands = parser.add_subparsers(dest="command", required=True)
+    of_a_run = argparse.ArgumentParser(add_help=False)
+    of_a_run.add_argument("--results", type=Path, default=Path("results"), help="a run's results")
+    for_programs = argparse.ArgumentParser(add_help=False)
+    for_programs.add_argument("--json", action="store_true", help="for programs")
 
     config = commands.add_parser(
         "config", help="write config.yaml and config.schema.json from the models"
@@ -50,6 +54,7 @@ def _parser() -> argparse.ArgumentParser:
 
     inspect = commands.add_parser(
         "inspect",
+        parents=[for_programs],
         help="what a file or folder is, and what is wrong with it",
         description="Say what a tracking result, video, table, catalogue, face model or folder is: "
         "its format, channels, frames, ranges and problems. The exit code is 1 on a problem.",
@@ -67,11 +72,11 @@ def _parser() -> argparse.ArgumentParser:
         help="a key of section ingest, such as fps=25, angle_unit=degrees or bad_values=mask; "
         "may be repeated",
     )
-    inspect.add_argument("--json", action="store_true", help="for programs")
     inspect.set_defaults(run=_inspect)
 
     why = commands.add_parser(
         "why",
+        parents=[of_a_run, for_programs],
         help="what became of a clip, stage by stage",
         description="What each stage decided on a clip, by which rule, value and limit, and what "
         "to do about it. Several clips have a line each.",
@@ -79,17 +84,15 @@ def _parser() -> argparse.ArgumentParser:
     why.add_argument(
         "clips", nargs="*", metavar="CLIP", help="a clip's id, a pattern such as 'oC9r*', a source"
     )
-    why.add_argument("--results", type=Path, default=Path("results"), help="a run's results")
-    why.add_argument("--json", action="store_true", help="for programs")
     why.set_defaults(run=_why)
 
     funnel = commands.add_parser(
         "funnel",
+        parents=[of_a_run, for_programs],
         help="how many clips came through each stage, and how many would with other limits",
         description="The clips of a run, stage by stage, with the reasons of every loss. With "
         "--set, what would change; nothing is run and nothing is written.",
     )
-    funnel.add_argument("--results", type=Path, default=Path("results"), help="a run's results")
     funnel.add_argument(
         "--config",
         type=Path,
@@ -105,16 +108,15 @@ def _parser() -> argparse.ArgumentParser:
         help="another limit, such as select.max_s=12, several, as select.max_s=8,12,15, or "
         "pose.max_yaw_deg=40; may be repeated",
     )
-    funnel.add_argument("--json", action="store_true", help="for programs")
     funnel.set_defaults(run=_funnel)
 
     review = commands.add_parser(
         "review",
+        parents=[of_a_run],
         help="look at the clips in a browser and write the list of those to leave out",
         description="Serve a page on this machine alone that plays the clips; what is left out "
         "there, and why, goes to a CSV for select.exclusions.",
     )
-    review.add_argument("--results", type=Path, default=Path("results"), help="a run's results")
     review.add_argument(
         "--exclusions",
         type=Path,

@@ -116,7 +116,7 @@ def test_the_published_sample_of_celebv_text_runs_to_its_funnel(celebvtext_run):
     assert stages["catalogue"].entered == 43
     assert stages["select"].entered == stages["catalogue"].kept
     clips = tables.read_all(tables.CLIPS, celebvtext_run.glob("select/*/clips.parquet"))
-    assert len(clips) == stages["select"].kept > 0
+    assert len(clips) == stages["select"].kept == 22
     assert (clips["end_s"] - clips["start_s"]).between(5, 10).all()
 
 

@@ -1,4 +1,4 @@
-"""`mimeline inspect`: what a file or folder is, and what is wrong with it."""
+"""What a file or folder is, and what became of a run's clips: inspect, why and funnel."""
 
 from mimeline.inspection.inspection import Inspection, Range
 from mimeline.inspection.kinds import inspect
