@@ -46,6 +46,10 @@ def _parser() -> argparse.ArgumentParser:
     for_programs = argparse.ArgumentParser(add_help=False)
     for_programs.add_argument("--json", action="store_true", help="for programs")
 
+    with_a_page = argparse.ArgumentParser(add_help=False)
+    with_a_page.add_argument("--port", type=int, default=0, help="0: any that is free")
+    with_a_page.add_argument("--no-browser", action="store_true", help="only say the address")
+
     config = commands.add_parser(
         "config", help="write config.yaml and config.schema.json from the models"
     )
@@ -110,9 +114,29 @@ def _parser() -> argparse.ArgumentParser:
     )
     funnel.set_defaults(run=_funnel)
 
+    label = commands.add_parser(
+        "label",
+        parents=[of_a_run, with_a_page],
+        help="name the clusters in a browser, from a few of their intervals each",
+        description="Serve a page on this machine alone that shows intervals of each cluster; a "
+        "keystroke names it. The names go to a YAML file for label.file.",
+    )
+    label.add_argument(
+        "--file",
+        type=Path,
+        help="the label file to write, and to go on with where it is there; without it label.file "
+        "of the run, or config/labels/<name of the results>.yaml",
+    )
+    label.add_argument(
+        "--person",
+        default="",
+        help="who labels: another person's answers go to a file of their own, blind to the first's",
+    )
+    label.set_defaults(run=_label)
+
     review = commands.add_parser(
         "review",
-        parents=[of_a_run],
+        parents=[of_a_run, with_a_page],
         help="look at the clips in a browser and write the list of those to leave out",
         description="Serve a page on this machine alone that plays the clips; what is left out "
         "there, and why, goes to a CSV for select.exclusions.",
@@ -123,8 +147,6 @@ def _parser() -> argparse.ArgumentParser:
         default=Path("config/exclusions.csv"),
         help="the list to write, and to go on with where it is there",
     )
-    review.add_argument("--port", type=int, default=0, help="0: any that is free")
-    review.add_argument("--no-browser", action="store_true", help="only say the address")
     review.set_defaults(run=_review)
     return parser
 
@@ -165,6 +187,19 @@ def _funnel(arguments: argparse.Namespace) -> int:
     found = funnel.funnel(arguments.results, arguments.config, arguments.set)
     _say(funnel.as_json(found) if arguments.json else funnel.as_text(found, _colour()))
     return 0 if found.sound else 1
+
+
+def _label(arguments: argparse.Namespace) -> int:
+    from mimeline.studio.label import serve
+
+    serve(
+        arguments.results,
+        arguments.file,
+        arguments.person,
+        arguments.port,
+        not arguments.no_browser,
+    )
+    return 0
 
 
 def _review(arguments: argparse.Namespace) -> int:

@@ -104,8 +104,8 @@ rule exemplars:
         rules=resource("proposals.csv"),
     output:
         proposed="<results>/label/proposed.parquet",
-        names="<results>/label/labels.yaml",
         exemplars="<results>/label/exemplars.parquet",
+        profiles="<results>/label/profiles.parquet",
     log:
         "<logs>/exemplars.log",
     benchmark:
@@ -115,6 +115,7 @@ rule exemplars:
         mem_mb=1000,
     params:
         n_random=lookup("label/n_random", within=config),
+        n_further=lookup("label/n_further", within=config),
         seed=lookup("label/seed", within=config),
         side=lookup("series/side", within=config),
         code=code_digest("mimeline.annotation.exemplars"),
@@ -127,10 +128,14 @@ rule exemplars:
 rule label:
     input:
         proposed="<results>/label/proposed.parquet",
+        clusters=expand(
+            "<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS
+        ),
         models=expand("<results>/segment/{region}/model", region=SERIES_REGIONS),
         file=config["label"]["file"] or [],
     output:
         labels="<results>/label/labels.parquet",
+        names="<results>/label/labels.yaml",
     log:
         "<logs>/label.log",
     benchmark:
@@ -140,6 +145,7 @@ rule label:
         mem_mb=1000,
     params:
         file=lookup("label/file", within=config),
+        min_agreement=lookup("label/min_agreement", within=config),
         code=code_digest("mimeline.annotation.labels"),
     message:
         "Naming the clusters"
@@ -183,6 +189,7 @@ rule evaluate_annotation:
         clusters=expand(
             "<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS
         ),
+        rules=resource("proposals.csv"),
         truth=TRUTH,
     output:
         metrics="<results>/evaluate/annotation/metrics.parquet",
@@ -205,6 +212,34 @@ rule evaluate_annotation:
         "Scoring the annotation against the truth"
     script:
         "../scripts/evaluate_annotation.py"
+
+
+rule evaluate_labelling:
+    input:
+        clusters=expand(
+            "<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS
+        ),
+        proposed="<results>/label/proposed.parquet",
+        exemplars="<results>/label/exemplars.parquet",
+        truth=TRUTH,
+    output:
+        metrics="<results>/evaluate/labelling/metrics.parquet",
+    log:
+        "<logs>/evaluate/labelling.log",
+    benchmark:
+        "<benchmarks>/evaluate/labelling.tsv"
+    threads: 1
+    resources:
+        mem_mb=2000,
+    params:
+        looks=lookup("evaluate/looks", within=config),
+        seed=lookup("evaluate/seed", within=config),
+        truth=listing(config["evaluate"]["truth"]),
+        code=code_digest("mimeline.evaluation.labelling"),
+    message:
+        "Naming the clusters as a simulated person would"
+    script:
+        "../scripts/evaluate_labelling.py"
 
 
 rule describe:

@@ -21,6 +21,7 @@ rule report:
         ),
         labels="<results>/label/labels.parquet",
         exemplars="<results>/label/exemplars.parquet",
+        profiles="<results>/label/profiles.parquet",
         intervals=expand("<results>/annotate/{shard}/intervals.parquet", shard=SHARDS),
         frames=expand("<results>/annotate/{shard}/frames.parquet", shard=SHARDS),
         split="<results>/split/split.parquet",
@@ -30,6 +31,7 @@ rule report:
         weights="<results>/describe/weights.parquet",
         statistics="<results>/split/statistics.parquet",
         annotation_metrics="<results>/evaluate/annotation/metrics.parquet",
+        labelling="<results>/evaluate/labelling/metrics.parquet",
         checkpoints=expand(
             "<results>/train/{model}/checkpoint", model=config["train"]["models"]
         ),

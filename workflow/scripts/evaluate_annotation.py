@@ -13,6 +13,7 @@ with stage(snakemake) as job:
         frames=job.input.frames,
         series=by_region(job.input.series),
         clusters=by_region(job.input.clusters),
+        rules=job.input.rules,
         truth=job.input.truth or None,
         metrics=job.output.metrics,
         side=job.params.side,

@@ -13,9 +13,10 @@ with stage(snakemake) as job:
         models=by_region(job.input.models),
         rules=job.input.rules,
         proposed=job.output.proposed,
-        names=job.output.names,
         exemplars=job.output.exemplars,
+        profiles=job.output.profiles,
         side=job.params.side,
         n_random=job.params.n_random,
+        n_further=job.params.n_further,
         seed=job.params.seed,
     )

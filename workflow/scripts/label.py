@@ -9,7 +9,10 @@ if TYPE_CHECKING:
 with stage(snakemake) as job:
     label(
         proposed=job.input.proposed,
+        clusters=by_region(job.input.clusters),
         models=by_region(job.input.models),
         labels=job.output.labels,
+        names=job.output.names,
         file=job.params.file,
+        min_agreement=job.params.min_agreement,
     )

@@ -5,22 +5,16 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import yaml
 
 from mimeline import tables
+from mimeline.annotation.fits import remember
 from mimeline.annotation.fitted import read_fingerprint
 from mimeline.annotation.proposals import propose, read_proposals
-from mimeline.annotation.runs import run_starts
+from mimeline.annotation.runs import cluster_runs
 from mimeline.annotation.series import sequences
 from mimeline.vocabulary import series_channels
 
 log = logging.getLogger(__name__)
-
-HEADER = """\
-# Proposed names of the clusters. To change them, copy this file to config/labels/, edit it, and set
-# label.file to it. A cluster is named by an action of its region or Neutral, or by
-# {action: BrowUp, note: strong}. `model` tells which fitted model the names belong to.
-"""
 
 
 def exemplars(
@@ -29,19 +23,20 @@ def exemplars(
     models: dict[str, Path],
     rules: Path,
     proposed: Path,
-    names: Path,
     exemplars: Path,
+    profiles: Path,
     side: str,
     n_random: int,
+    n_further: int,
     seed: int,
 ) -> None:
     """Propose a name for every cluster and choose what a person looks at before naming it.
 
     series, clusters, models: by region. rules: of the proposals. proposed: a `labels` table to
-    write; names: the same as a label file to start from; exemplars: a table.
+    write; exemplars, profiles: tables to write.
     """
-    limits = read_proposals(rules)
-    rows, shown, written = [], [], {}
+    limits, fits = read_proposals(rules), Path(exemplars).with_name("fits")
+    rows, shown, described = [], [], []
     for number, region in enumerate(series):
         assigned = tables.read(tables.CLUSTERS, clusters[region])
         if assigned.empty:
@@ -54,8 +49,9 @@ def exemplars(
         counts = np.bincount(ids)
         for cluster, action in proposals.items():
             share = counts[cluster] / len(ids)
-            rows.append((region, cluster, action, None, "proposed", share))
-        written[region] = {"model": read_fingerprint(models[region]), "clusters": proposals}
+            rows.append((region, cluster, action, None, "proposed", share, None, None, []))
+            described.append((region, cluster, counts[cluster], 1, 1, 1.0, None, None, None))
+        remember(fits, region, read_fingerprint(models[region]), assigned)
         rng = np.random.default_rng([seed, number])  # one region's refit keeps the others' choice
         shown.append(choose(assigned, values, n_random, rng).assign(region=region))
         log.info("%s: names proposed for %d clusters", region, len(proposals))
@@ -65,30 +61,8 @@ def exemplars(
     tables.write(tables.LABELS, table, proposed, reason)
     chosen = pd.concat(shown) if shown else tables.empty(tables.EXEMPLARS)
     tables.write(tables.EXEMPLARS, chosen, exemplars, reason)
-    text = HEADER + yaml.safe_dump(written, sort_keys=False)
-    Path(names).write_text(text, encoding="utf-8")
-
-
-def cluster_runs(clusters: pd.DataFrame) -> pd.DataFrame:
-    """Runs of one cluster.
-
-    clusters: the `clusters` table. Returns clip_id, cluster, start_frame, end_frame (half-open) and
-    margin (the mean over the run).
-    """
-    cluster = clusters["cluster"].to_numpy()
-    starts = run_starts(clusters, cluster)
-    lengths = np.diff([*starts, len(clusters)])
-    run = np.repeat(np.arange(len(starts)), lengths)
-    frame = clusters["frame"].to_numpy()[starts]
-    return pd.DataFrame(
-        {
-            "clip_id": clusters["clip_id"].to_numpy()[starts],
-            "cluster": cluster[starts],
-            "start_frame": frame,
-            "end_frame": frame + lengths,
-            "margin": np.bincount(run, clusters["margin"], minlength=len(starts)) / lengths,
-        }
-    )
+    about = pd.DataFrame(described, columns=tables.PROFILES.schema.names)
+    tables.write(tables.PROFILES, about, profiles, reason)
 
 
 def choose(
@@ -121,4 +95,6 @@ def choose(
         }
         for kind, picked in picks.items():
             chosen.append(runs.loc[picked].assign(cluster=cluster, kind=kind))
-    return pd.concat(chosen)[["cluster", "clip_id", "start_frame", "end_frame", "kind"]]
+    found = pd.concat(chosen)
+    found["rank"] = found.groupby("cluster").cumcount()
+    return found[["cluster", "clip_id", "start_frame", "end_frame", "kind", "rank"]]

@@ -1,4 +1,4 @@
-"""Runs: stretches of consecutive frames of one clip, and of one value where one is given."""
+"""Runs: stretches of consecutive frames of one clip, of one value where one is given."""
 
 import numpy as np
 import pandas as pd
@@ -16,3 +16,25 @@ def run_starts(frames: pd.DataFrame, value: np.ndarray | None = None) -> np.ndar
     if value is not None:
         first[1:] |= value[1:] != value[:-1]
     return np.flatnonzero(first)
+
+
+def cluster_runs(clusters: pd.DataFrame) -> pd.DataFrame:
+    """Runs of one cluster.
+
+    clusters: the `clusters` table. Returns clip_id, cluster, start_frame, end_frame (half-open) and
+    margin (the mean over the run).
+    """
+    cluster = clusters["cluster"].to_numpy()
+    starts = run_starts(clusters, cluster)
+    lengths = np.diff([*starts, len(clusters)])
+    run = np.repeat(np.arange(len(starts)), lengths)
+    frame = clusters["frame"].to_numpy()[starts]
+    return pd.DataFrame(
+        {
+            "clip_id": clusters["clip_id"].to_numpy()[starts],
+            "cluster": cluster[starts],
+            "start_frame": frame,
+            "end_frame": frame + lengths,
+            "margin": np.bincount(run, clusters["margin"], minlength=len(starts)) / lengths,
+        }
+    )

@@ -74,9 +74,17 @@ class Sweep(Section):
 
 class Label(Section):
     file: str | None = Field(
-        None, description="YAML under config/labels that names clusters; null: proposed names"
+        None, description="YAML that `mimeline label` writes, names of clusters; null: as proposed"
     )
-    n_random: int = Field(3, ge=0, description="random exemplars per cluster")
+    min_agreement: Share = Field(
+        0.8,
+        description="share of a new cluster's frames that must have borne one name before a refit "
+        "for that name to be moved to it; else the run stops",
+    )
+    n_random: int = Field(2, ge=0, description="random exemplars per cluster")
+    n_further: int = Field(
+        7, ge=0, description="exemplars per cluster for a person who is not sure, beyond the first"
+    )
     seed: Seed = Field(0, description="seed of the random exemplars")
 
 
@@ -140,6 +148,9 @@ class Evaluate(Section):
         None, description="folder with frames.parquet made by people or planted; null: the toy's"
     )
     gmm_components: Count = Field(8, description="components of the GMM baseline")
+    looks: Count = Field(
+        5, description="most intervals of a cluster that the simulated person looks at"
+    )
     bootstrap: Count = Field(200, description="resamples of clips behind each interval")
     seed: Seed = Field(0, description="seed of baseline and resampling")
     timeline: TimelineSampling = TimelineSampling()

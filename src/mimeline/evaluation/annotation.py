@@ -30,6 +30,7 @@ def evaluate_annotation(
     frames: Sequence[Path],
     series: dict[str, Path],
     clusters: dict[str, Path],
+    rules: Path,
     truth: Path | None,
     metrics: Path,
     side: str,

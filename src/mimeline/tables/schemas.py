@@ -31,6 +31,7 @@ _S = pa.string()
 _TEXT, _NAME = (_S, False, None), (_S, True, None)
 _INT, _COUNT = (pa.int64(), False, None), (pa.int64(), False, _at_least(0))
 _REAL = (pa.float64(), True, None)
+_SHARE = pandera.Check.in_range(0, 1)
 _INTERVAL = pandera.Check(
     lambda t: t["end_frame"] > t["start_frame"], name="half-open interval of at least a frame"
 )
@@ -176,7 +177,7 @@ ORIGINS = declare(
         "channel": (pa.string(), False, _isin(CHANNELS)),
         "measured": (pa.bool_(), False, None),
         "origin": _NAME,
-        "quality": (pa.float64(), True, [pandera.Check.in_range(0, 1)]),
+        "quality": (pa.float64(), True, [_SHARE]),
     },
     order=[],
     key=["channel"],
@@ -218,9 +219,37 @@ EXEMPLARS = declare(
         "clip_id": _TEXT,
         "start_frame": _COUNT,
         "end_frame": _COUNT,
-        "kind": (pa.string(), False, _isin(["medoid", "border", "longest", "random"])),
+        "kind": (pa.string(), False, _isin(["medoid", "longest", "border", "random", "further"])),
+        "rank": _COUNT,  # in the order in which they are shown
     },
-    order=["region", "cluster", "kind", "clip_id", "start_frame"],
+    order=["region", "cluster", "rank"],
+    key=["region", "cluster", "rank"],
+    frame_checks=_INTERVAL,
+)
+
+PROFILES = declare(
+    "profiles",
+    {
+        "region": (pa.string(), False, _isin(SERIES_REGIONS)),
+        "cluster": _COUNT,
+        "n_frames": _COUNT,
+        "n_intervals": _COUNT,
+        "n_clips": _COUNT,
+        "median_frames": (pa.float64(), False, _at_least(1)),
+        "purity": (pa.float64(), True, [_SHARE]),
+        "nearest": (pa.int64(), True, _at_least(0)),
+        "distance": (pa.float64(), True, None),
+    },
+    order=["region", "cluster"],
+    key=["region", "cluster"],
+)
+
+# A fit's clusters as stretches of frames: what its names are moved by, once it is fitted anew.
+SEGMENTS = declare(
+    "segments",
+    {"clip_id": _TEXT, "start_frame": _COUNT, "end_frame": _COUNT, "cluster": _COUNT},
+    order=["clip_id", "start_frame"],
+    key=["clip_id", "start_frame"],
     frame_checks=_INTERVAL,
 )
 
@@ -235,7 +264,7 @@ INTERVALS = declare(
         "side": (pa.string(), True, _isin(["left", "right"])),
         "source": (pa.string(), False, _isin(["ticc", "threshold", "human"])),
         "cluster": (pa.int64(), True, _at_least(0)),
-        "confidence": (pa.float64(), True, [pandera.Check.in_range(0, 1)]),
+        "confidence": (pa.float64(), True, [_SHARE]),
     },
     order=["clip_id", "track", "start_frame"],
     frame_checks=_INTERVAL,
@@ -253,10 +282,13 @@ LABELS = declare(
     {
         "region": (pa.string(), False, _isin(SERIES_REGIONS)),
         "cluster": _COUNT,
-        "action": (pa.string(), False, _isin([*ACTIONS, NEUTRAL])),
+        "action": (pa.string(), True, _isin([*ACTIONS, NEUTRAL])),  # null: its frames have none
         "note": _NAME,
-        "source": (pa.string(), False, _isin(["proposed", "human"])),
-        "share": (pa.float64(), False, [pandera.Check.in_range(0, 1)]),
+        "source": (pa.string(), False, _isin(["proposed", "moved", "human"])),
+        "share": (pa.float64(), False, [_SHARE]),
+        "confidence": (pa.float64(), True, [_SHARE]),
+        "why": _NAME,  # there is no action
+        "unmeasured": (pa.list_(_S), False, None),  # actions that no channel of the fit tells
     },
     order=["region", "cluster"],
     key=["region", "cluster"],
@@ -372,7 +404,7 @@ SWEEP = declare(
         "mean_frames": (pa.float64(), False, _at_least(1)),
         "used": (pa.int64(), False, _at_least(1)),
         "stability": (pa.float64(), True, [pandera.Check.in_range(-1, 1)]),
-        "f1": (pa.float64(), True, [pandera.Check.in_range(0, 1)]),
+        "f1": (pa.float64(), True, [_SHARE]),
     },
     order=["region", "n_clusters", "beta", "seed"],
     key=["region", "n_clusters", "beta", "seed"],
