@@ -10,11 +10,12 @@ from mimeline.annotation.annotate import (
     annotate_frames,
     intervals_of,
     track_codes,
+    unmeasured_actions,
 )
 from mimeline.annotation.annotator import Annotator
 from mimeline.annotation.region_model import read_models
 from mimeline.annotation.thresholds import Limits
-from mimeline.vocabulary import ACTIONS, CHANNELS, TRACKS, track_actions
+from mimeline.vocabulary import ACTIONS, CHANNELS, TRACKS, series_actions, track_actions
 
 LIMITS = {"closed": 0.5, "gaze_deg": 8.0, "head_deg": 8.0}
 NAMES = {
@@ -28,10 +29,15 @@ MEASURED = {"eyeBlinkLeft": 0.0, "eyeBlinkRight": 0.0, "gaze_left": 0.0, "gaze_u
 }
 
 
-def labels_of(names=NAMES) -> pd.DataFrame:
-    rows = [(r, k, action) for r, actions in names.items() for k, action in enumerate(actions)]
-    table = pd.DataFrame(rows, columns=["region", "cluster", "action"])
-    return table.assign(note=None, source="proposed", share=0.0)
+def labels_of(names=NAMES, unmeasured=()) -> pd.DataFrame:
+    """The `labels` table; a name of None is none. unmeasured: actions, of whichever region."""
+    rows = [
+        (r, k, action, [name for name in unmeasured if name in series_actions(r)])
+        for r, actions in names.items()
+        for k, action in enumerate(actions)
+    ]
+    table = pd.DataFrame(rows, columns=["region", "cluster", "action", "unmeasured"])
+    return table.assign(note=None, source="proposed", share=0.0, confidence=np.nan, why=None)
 
 
 def clusters_of(motion, ids, margin=1.0) -> pd.DataFrame:
@@ -47,9 +53,9 @@ def told(found, track):
     return [tuple(row) for row in rows.to_numpy().tolist()]
 
 
-def annotated(motion, clusters, min_frames=1, names=NAMES):
+def annotated(motion, clusters, min_frames=1, names=NAMES, unmeasured=()):
     frames = annotate_frames(
-        motion, clusters, labels_of(names), Limits(**LIMITS, min_frames=min_frames)
+        motion, clusters, labels_of(names, unmeasured), Limits(**LIMITS, min_frames=min_frames)
     )
     return frames, intervals_of(frames, clusters)
 
@@ -158,6 +164,63 @@ def test_a_region_without_any_name_is_unknown(motion_of):
     assert found.empty
 
 
+def test_a_cluster_without_a_name_is_unknown_and_not_neutral(motion_of):
+    motion = motion_of({"a": 8})
+    names = NAMES | {"brow": ["Neutral", "BrowUp", None]}
+    frames, found = annotated(motion, {"brow": clusters_of(motion, "00112211")}, names=names)
+    assert told(found, "brow") == [("a", "BrowUp", 2, 4), ("a", "BrowUp", 6, 8)]
+    assert track_codes(frames, "brow").tolist() == [0, 0, 1, 1, -1, -1, 1, 1]
+    assert frames.loc[4:5, ["BrowUp", "BrowDown"]].isna().all(axis=None)
+    assert unmeasured_actions(frames, "brow") == []
+
+
+def test_a_region_whose_clusters_all_lack_a_name_is_unknown(motion_of):
+    motion = motion_of({"a": 3})
+    frames, found = annotated(motion, {"brow": clusters_of(motion, "000")}, names={"brow": [None]})
+    assert frames[["BrowUp", "BrowDown"]].isna().all(axis=None)
+    assert found.empty
+
+
+def test_an_unmeasured_action_is_unknown_also_where_others_of_its_track_are_known(motion_of):
+    motion = motion_of({"a": 6})
+    clusters = {"mouth": clusters_of(motion, "001120")}
+    frames, found = annotated(motion, clusters, unmeasured=["MouthFrown"])
+    assert frames["MouthFrown"].isna().all()
+    assert frames["Smile"].tolist() == [False, False, True, True, False, False]
+    assert told(found, "mouth") == [("a", "Smile", 2, 4), ("a", "SoftSmile", 4, 5)]
+    assert track_codes(frames, "mouth").tolist() == [-1, -1, 2, 2, 1, -1]
+    assert track_codes(frames, "mouth", ["MouthFrown"]).tolist() == [0, 0, 2, 2, 1, 0]
+    assert unmeasured_actions(frames, "mouth") == ["MouthFrown"]
+
+
+def test_a_cluster_that_a_person_named_by_an_unmeasured_action_shows_it(motion_of):
+    motion = motion_of({"a": 4})
+    clusters = {"mouth": clusters_of(motion, "0330")}
+    frames, found = annotated(motion, clusters, unmeasured=["MouthFrown"])
+    assert told(found, "mouth") == [("a", "MouthFrown", 1, 3)]
+    assert frames["MouthFrown"].isna().tolist() == [True, False, False, True]
+    assert unmeasured_actions(frames, "mouth") == ["MouthFrown"]
+
+
+def test_a_short_interval_is_unknown_where_its_neighbour_is_and_neutral_elsewhere(motion_of):
+    motion = motion_of({"a": 8, "b": 3})
+    names = NAMES | {"brow": ["Neutral", "BrowUp", None]}
+    clusters = {"brow": clusters_of(motion, "00100221" + "100")}
+    frames, found = annotated(motion, clusters, min_frames=3, names=names)
+    assert found.empty
+    assert track_codes(frames, "brow").tolist() == [0] * 5 + [-1] * 3 + [0] * 3
+    assert frames["BrowDown"].isna().tolist() == [False] * 5 + [True] * 2 + [False] * 4
+
+
+def test_a_short_interval_is_no_action_where_only_another_action_is_unmeasured(motion_of):
+    motion = motion_of({"a": 6})
+    clusters = {"mouth": clusters_of(motion, "010222")}
+    frames, found = annotated(motion, clusters, min_frames=3, unmeasured=["MouthFrown"])
+    assert told(found, "mouth") == [("a", "SoftSmile", 3, 6)]
+    assert frames["Smile"].tolist() == [False] * 6
+    assert frames["MouthFrown"].isna().all()
+
+
 def test_frames_that_a_person_marked_make_intervals_without_clusters(motion_of):
     motion = motion_of({"a": 3})
     frames, _ = annotated(motion, {"brow": clusters_of(motion, "011")})
@@ -180,6 +243,27 @@ def worlds(draw):
     }
     angles = per_frame(st.sampled_from([0.0, 0.3, -0.3, np.nan]))
     return lengths, valid, ids, angles, draw(st.integers(1, 4))
+
+
+DOUBTFUL = NAMES | {"brow": ["Neutral", "BrowUp", None, "BrowUp"]}
+
+
+@settings(max_examples=30, deadline=None)
+@given(world=worlds(), unmeasured=st.sampled_from([(), ("BrowDown", "MouthFrown", "SoftSmile")]))
+def test_what_is_not_known_never_becomes_neutral_nor_an_action(motion_of, world, unmeasured):
+    lengths, valid, ids, _, min_frames = world
+    motion = motion_of(dict(zip("abc", lengths, strict=False))).assign(valid=valid)
+    clusters = {region: clusters_of(motion, digits) for region, digits in ids.items()}
+    frames, found = annotated(motion, clusters, min_frames, DOUBTFUL, unmeasured)
+    whole, _ = annotated(motion, clusters, 1, DOUBTFUL, unmeasured)
+    for name in ACTIONS:
+        before, after = whole[name], frames[name]
+        assert after[before.isna()].isna().all()
+        assert not after[~before.fillna(True)].fillna(True).any()
+    nameless = np.array([digit == "2" for digit in ids["brow"]]) | ~np.array(valid)
+    assert frames.loc[nameless, ["BrowUp", "BrowDown"]].isna().all(axis=None)
+    marks = frames[list(ACTIONS)].fillna(False).astype(bool)
+    pd.testing.assert_frame_equal(rebuilt(frames, found), marks)
 
 
 @settings(max_examples=60, deadline=None)

@@ -1,101 +1,105 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from mimeline import tables
-from mimeline.annotation.exemplars import choose, cluster_runs
-
-# clip, cluster, frames, margin and value of each run; cluster 0 has four intervals, 1 has one
-RUNS = [
-    ("a", 0, 4, 5.0, 0.1),
-    ("a", 1, 6, 9.0, 2.0),
-    ("a", 0, 5, 1.0, 0.6),
-    ("b", 0, 9, 3.0, 0.3),
-    ("c", 0, 2, 4.0, 0.25),
-]
+from mimeline.annotation.exemplars import exemplars
+from mimeline.annotation.fits import recall
+from mimeline.annotation.fitted import read_fingerprint
+from mimeline.vocabulary import resource
 
 
-def clusters_of(runs) -> tuple[pd.DataFrame, np.ndarray]:
-    """The `clusters` table of runs end to end, and a series of two channels."""
-    rows = [(c, k, m, v) for c, k, length, m, v in runs for _ in range(length)]
-    found = pd.DataFrame(rows, columns=["clip_id", "cluster", "margin", "value"])
-    found = found.assign(frame=found.groupby("clip_id").cumcount())
-    values = found["value"].to_numpy()[:, None] * [1.0, 2.0]
-    return found[tables.CLUSTERS.schema.names], values
+@pytest.fixture(scope="module")
+def run(segmented, tmp_path_factory):
+    """Writes the stage's tables for regions of the segmented world and reads them."""
+
+    def run(regions=("brow", "eye", "mouth"), seed=0):
+        out = tmp_path_factory.mktemp("label")
+        inputs = [{r: f[r] for r in regions} for f in vars(segmented).values() if type(f) is dict]
+        series, clusters, models = inputs
+        written = SimpleNamespace(
+            proposed=out / "proposed.parquet",
+            exemplars=out / "exemplars.parquet",
+            profiles=out / "profiles.parquet",
+        )
+        exemplars(
+            series,
+            clusters,
+            models,
+            resource("proposals.csv"),
+            **vars(written),
+            side="left",
+            n_random=2,
+            n_further=3,
+            seed=seed,
+        )
+        written.labels = tables.read(tables.LABELS, written.proposed)
+        written.shown = tables.read(tables.EXEMPLARS, written.exemplars)
+        written.facts = tables.read(tables.PROFILES, written.profiles)
+        return written
+
+    return run
 
 
-def picked(chosen, cluster, kind):
-    rows = chosen[(chosen["cluster"] == cluster) & (chosen["kind"] == kind)]
-    return [tuple(row) for row in rows[["clip_id", "start_frame", "end_frame"]].to_numpy()]
+@pytest.fixture(scope="module")
+def written(run):
+    return run()
 
 
-@pytest.fixture
-def chosen():
-    return choose(*clusters_of(RUNS), 2, np.random.default_rng(0))
+def test_every_cluster_has_a_name_or_a_reason_facts_and_exemplars(written, segmented):
+    keys = ["region", "cluster"]
+    clusters = [tables.read(tables.CLUSTERS, segmented.clusters[r]) for r in ("brow", "eye")]
+    known = {
+        (r, k) for r, rows in zip(("brow", "eye"), clusters, strict=True) for k in rows["cluster"]
+    }
+    for table in (written.labels, written.facts, written.shown):
+        assert set(map(tuple, table[keys].to_numpy())) == known
+    assert (written.labels["action"].isna() == written.labels["why"].notna()).all()
 
 
-def test_intervals_are_half_open_and_never_reach_over_a_clip_or_a_gap():
-    clusters, _ = clusters_of([*RUNS, ("d", 0, 4, 2.0, 0.0)])
-    clusters = clusters[~((clusters["clip_id"] == "b") & (clusters["frame"] == 3))]
-    runs = cluster_runs(clusters)
-    keys = ["clip_id", "cluster", "start_frame", "end_frame"]
-    assert runs[keys].to_numpy().tolist() == [
-        ["a", 0, 0, 4],
-        ["a", 1, 4, 10],
-        ["a", 0, 10, 15],
-        ["b", 0, 0, 3],
-        ["b", 0, 4, 9],
-        ["c", 0, 0, 2],
-        ["d", 0, 0, 4],
-    ]
-    assert runs["margin"].tolist() == pytest.approx([5, 9, 1, 3, 3, 4, 2])
+def test_planted_actions_get_their_names(written):
+    names = written.labels.groupby("region")["action"].agg(set)
+    assert names["brow"] == {"Neutral", "BrowUp", "BrowDown"}
+    assert names["eye"] == {"Neutral", "EyeSquint", "EyeWiden"}
 
 
-def test_each_kind_is_what_its_name_says(chosen):
-    assert picked(chosen, 0, "longest") == [("b", 0, 9)]
-    assert picked(chosen, 0, "border") == [("a", 10, 15)]
-    # the mean over frames is 0.33; c lies near it too, but is short of the median length
-    assert picked(chosen, 0, "medoid") == [("b", 0, 9)]
-    assert len(picked(chosen, 0, "random")) == 2
+def test_exemplars_are_runs_of_their_cluster(written, segmented):
+    clusters = tables.read(tables.CLUSTERS, segmented.clusters["brow"])
+    for row in written.shown[written.shown["region"] == "brow"].itertuples():
+        frames = clusters[clusters["clip_id"] == row.clip_id]
+        inside = frames["frame"].between(row.start_frame, row.end_frame - 1)
+        assert inside.sum() == row.end_frame - row.start_frame
+        assert set(frames.loc[inside, "cluster"]) == {row.cluster}
 
 
-def test_random_exemplars_are_different_intervals_of_the_cluster(chosen):
-    own = {("a", 0, 4), ("a", 10, 15), ("b", 0, 9), ("c", 0, 2)}
-    random = picked(chosen, 0, "random")
-    assert set(random) <= own
-    assert len(set(random)) == 2
+def test_a_regions_choice_stays_when_another_region_is_fitted_anew(run, written):
+    alone = run(("brow",)).shown
+    brow = written.shown[written.shown["region"] == "brow"].reset_index(drop=True)
+    pd.testing.assert_frame_equal(alone, brow)
 
 
-def test_a_cluster_of_one_interval_shows_it_for_every_kind(chosen):
-    kinds = chosen.loc[chosen["cluster"] == 1, "kind"].tolist()
-    assert sorted(kinds) == ["border", "longest", "medoid", "random"]
-    assert all(picked(chosen, 1, kind) == [("a", 4, 10)] for kind in kinds)
+def test_the_seed_changes_the_random_ones(run, written):
+    assert not run(seed=1).shown.equals(written.shown)
 
 
-def test_exemplars_repeat_for_a_seed_and_change_with_it():
-    many = [("abc"[i // 20], i % 2, 2 + i % 7, 1.0 + i, i / 60) for i in range(60)]
-
-    def drawn(seed):
-        return choose(*clusters_of(many), 5, np.random.default_rng(seed))
-
-    pd.testing.assert_frame_equal(drawn(1), drawn(1))
-    assert picked(drawn(1), 0, "random") != picked(drawn(2), 0, "random")
-    assert picked(drawn(1), 0, "medoid") == picked(drawn(2), 0, "medoid")
+def test_each_fit_is_remembered_with_its_clusters(written, segmented):
+    for region in ("brow", "eye"):
+        fingerprint = read_fingerprint(segmented.models[region])
+        segments = recall(written.exemplars.with_name("fits"), region, fingerprint)
+        frames = (segments["end_frame"] - segments["start_frame"]).sum()
+        assert frames == len(tables.read(tables.CLUSTERS, segmented.clusters[region]))
 
 
-def test_no_random_exemplars_may_be_asked_for():
-    chosen = choose(*clusters_of(RUNS), 0, np.random.default_rng(0))
-    assert set(chosen["kind"]) == {"medoid", "longest", "border"}
+def test_where_no_region_was_segmented_the_tables_are_empty_and_say_why(run):
+    written = run(("mouth",))
+    for path in (written.proposed, written.exemplars, written.profiles):
+        assert tables.reason(path) == "no region could be segmented"
+    assert written.labels.empty and written.shown.empty and written.facts.empty
 
 
-def test_the_table_of_a_region_keeps_its_contract(chosen, tmp_path):
-    tables.write(tables.EXEMPLARS, chosen.assign(region="brow"), tmp_path / "exemplars.parquet")
-    rows = tables.read(tables.EXEMPLARS, tmp_path / "exemplars.parquet")
-    assert set(rows["region"]) == {"brow"}
-    assert len(rows) == len(chosen)
-
-
-def test_no_cluster_gives_no_exemplar():
-    none = tables.empty(tables.CLUSTERS)
-    chosen = choose(none, np.empty((0, 2)), 3, np.random.default_rng(0))
-    assert chosen.empty
+def test_shares_add_up_and_agree_with_the_facts(written):
+    both = written.labels.merge(written.facts, on=["region", "cluster"])
+    for _, rows in both.groupby("region"):
+        assert np.allclose(rows["share"], rows["n_frames"] / rows["n_frames"].sum())

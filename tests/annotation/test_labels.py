@@ -1,40 +1,86 @@
+import shlex
+from types import SimpleNamespace
+
 import pandas as pd
 import pytest
 import yaml
 
 from mimeline import tables
 from mimeline.annotation.exemplars import exemplars
-from mimeline.annotation.labels import label, read_labels
+from mimeline.annotation.fits import recall
+from mimeline.annotation.fitted import FINGERPRINT_FILE, read_fingerprint
+from mimeline.annotation.label_file import Answer, RegionAnswers, read_label_file
+from mimeline.annotation.labels import label, settle
+from mimeline.cli import _parsed
 from mimeline.errors import BadLabels
-from mimeline.ticc import TICC
 from mimeline.vocabulary import resource
+
+REGIONS = ("brow", "eye", "mouth")
+
+
+@pytest.fixture(scope="module")
+def proposals(segmented, tmp_path_factory):
+    """Results of the stage before: proposals, and the fits remembered."""
+    results = tmp_path_factory.mktemp("results of a take")
+    out = results / "label"
+    written = [out / f"{name}.parquet" for name in ("proposed", "exemplars", "profiles")]
+    inputs = (segmented.series, segmented.clusters, segmented.models, resource("proposals.csv"))
+    exemplars(*inputs, *written, side="left", n_random=2, n_further=3, seed=0)
+    return results
+
+
+@pytest.fixture(scope="module")
+def fingerprint(segmented):
+    return {region: read_fingerprint(segmented.models[region]) for region in ("brow", "eye")}
 
 
 @pytest.fixture
-def run(segmented, tmp_path):
-    """Exemplars, then labels with a person's file, given as text or as what YAML holds."""
+def run(proposals, segmented, tmp_path):
+    """label with a person's file, given as text or as what YAML holds."""
 
-    def run(given=None, world=segmented, seed=0):
+    def run(given=None, world=segmented, results=proposals, min_agreement=0.8):
         file = None
         if given is not None:
             file = str(tmp_path / "mine.yaml")
             text = given if isinstance(given, str) else yaml.safe_dump(given)
             (tmp_path / "mine.yaml").write_text(text)
-        names = ("proposed.parquet", "labels.yaml", "exemplars.parquet")
-        out = [tmp_path / name for name in names]
-        inputs = (world.series, world.clusters, world.models, resource("proposals.csv"))
-        exemplars(*inputs, *out, side="left", n_random=2, seed=seed)
-        label(out[0], world.models, tmp_path / "labels.parquet", file)
-        labels = tables.read(tables.LABELS, tmp_path / "labels.parquet")
-        labels = labels.set_index(["region", "cluster"])
-        return labels, out[1].read_text(), tables.read(tables.EXEMPLARS, out[2])
+        out = tmp_path / "labels.parquet", tmp_path / "labels.yaml"
+        proposed = results / "label" / "proposed.parquet"
+        label(proposed, world.clusters, world.models, *out, file, min_agreement)
+        return tables.read(tables.LABELS, out[0]).set_index(["region", "cluster"])
 
+    run.names = tmp_path / "labels.yaml"
+    run.file = tmp_path / "mine.yaml"
     return run
 
 
-@pytest.fixture(scope="session")
-def fingerprint(segmented):
-    return {region: TICC.load(segmented.models[region]).fingerprint() for region in ("brow", "eye")}
+@pytest.fixture
+def refitted(segmented, proposals, tmp_path):
+    """The world after a refit: the brow's clusters by another map, with another fingerprint."""
+
+    def refitted(change):
+        rows = tables.read(tables.CLUSTERS, segmented.clusters["brow"])
+        rows["cluster"] = change(rows)
+        world = SimpleNamespace(
+            clusters=segmented.clusters | {"brow": tmp_path / "clusters.parquet"},
+            models=segmented.models | {"brow": tmp_path / "model"},
+        )
+        tables.write(tables.CLUSTERS, rows, world.clusters["brow"])
+        world.models["brow"].mkdir()
+        for path in segmented.models["brow"].iterdir():
+            (world.models["brow"] / path.name).write_bytes(path.read_bytes())
+        (world.models["brow"] / FINGERPRINT_FILE).write_text("anew")
+        return world
+
+    return refitted
+
+
+def turned(rows):
+    return (rows["cluster"] + 1) % 3
+
+
+def merged(rows):
+    return rows["cluster"].where(rows["cluster"] != 1, 0)
 
 
 def block(fingerprint, clusters, region="brow"):
@@ -46,51 +92,19 @@ def other(labels, region, cluster):
     return "BrowDown" if labels.loc[(region, cluster), "action"] == "BrowUp" else "BrowUp"
 
 
-def test_without_a_file_each_cluster_gets_a_proposed_name(run):
-    labels, _, _ = run()
-    assert set(labels.loc["brow", "action"]) == {"Neutral", "BrowUp", "BrowDown"}
-    assert set(labels.loc["eye", "action"]) == {"Neutral", "EyeSquint", "EyeWiden"}
-    assert set(labels["source"]) == {"proposed"}
-    assert labels["note"].isna().all()
-
-
-def test_a_region_that_was_not_segmented_is_left_out_and_the_others_go_on(run):
-    labels, names, exemplars = run()
+def test_without_a_file_each_cluster_has_its_proposal(run):
+    labels = run()
     assert set(labels.index.get_level_values("region")) == {"brow", "eye"}
-    assert set(exemplars["region"]) == {"brow", "eye"}
-    assert set(yaml.safe_load(names)) == {"brow", "eye"}
-
-
-def test_shares_of_a_region_add_up_to_one_and_count_frames(run, segmented):
-    labels, _, _ = run()
-    assert labels.groupby("region")["share"].sum().tolist() == pytest.approx([1, 1])
-    clusters = tables.read(tables.CLUSTERS, segmented.clusters["eye"])["cluster"]
-    assert labels.loc[("eye", 1), "share"] == pytest.approx((clusters == 1).mean())
-
-
-def test_every_cluster_shows_every_kind_of_exemplar_of_its_own(run, segmented):
-    _, _, exemplars = run()
-    kinds = exemplars.groupby(["region", "cluster"])["kind"].agg(set)
-    assert len(kinds) == 6
-    assert all(found == {"medoid", "border", "longest", "random"} for found in kinds)
-    clusters = tables.read(tables.CLUSTERS, segmented.clusters["brow"])
-    for shown in exemplars[exemplars["region"] == "brow"].itertuples():
-        rows = clusters[clusters["clip_id"] == shown.clip_id]
-        rows = rows[rows["frame"].between(shown.start_frame, shown.end_frame - 1)]
-        assert set(rows["cluster"]) == {shown.cluster}
-
-
-def test_exemplars_repeat_for_a_seed(run):
-    first, again, third = (run(seed=seed)[2] for seed in (1, 1, 2))
-    pd.testing.assert_frame_equal(first, again)
-    assert not first.equals(third)
+    assert set(labels["source"]) == {"proposed"}
 
 
 def test_a_persons_name_overrides_and_clusters_without_one_keep_the_proposal(run, fingerprint):
-    proposed, _, _ = run()
+    proposed = run()
     name = other(proposed, "brow", 1)
-    labels, _, _ = run(block(fingerprint, {1: name}))
-    assert labels.loc[("brow", 1), ["action", "source"]].tolist() == [name, "human"]
+    labels = run(block(fingerprint, {1: name}))
+    row = labels.loc[("brow", 1)]
+    assert row[["action", "source"]].tolist() == [name, "human"]
+    assert pd.isna(row["confidence"])
     rest = labels.index != ("brow", 1)
     pd.testing.assert_frame_equal(labels[rest], proposed[rest])
 
@@ -101,113 +115,170 @@ def test_notes_are_kept_even_where_they_look_like_numbers(run, fingerprint):
         1: {"action": "BrowUp", "note": 3},
         2: {"action": "Neutral"},
     }
-    labels, _, _ = run(block(fingerprint, entries))
+    labels = run(block(fingerprint, entries))
     assert labels.loc["brow", "action"].tolist() == ["BrowUp", "BrowUp", "Neutral"]
     assert labels.loc["brow", "note"].fillna("-").tolist() == ["strong", "3", "-"]
 
 
-def test_the_written_names_are_a_valid_label_file(run):
-    proposed, names, _ = run()
-    labels, again, _ = run(names)
-    assert labels["action"].tolist() == proposed["action"].tolist()
-    assert set(labels["source"]) == {"human"}
-    assert again == names
+def test_not_sure_leaves_the_frames_without_an_action(run, fingerprint):
+    row = run(block(fingerprint, {0: "not sure"})).loc[("brow", 0)]
+    assert pd.isna(row["action"])
+    assert row[["source", "why"]].tolist() == ["human", "not sure"]
 
 
-def test_the_written_names_are_the_proposed_ones_whatever_a_person_wrote(run, fingerprint):
-    _, plain, _ = run()
-    given = block(fingerprint, {0: {"action": "Neutral", "note": "trembling: a lot"}})
-    labels, names, _ = run(given)
-    assert names == plain
-    assert labels.loc[("brow", 0), "note"] == "trembling: a lot"
+def test_a_merged_cluster_has_the_name_of_the_other(run, fingerprint):
+    named = {0: {"same_as": 1}, 1: {"same_as": 2}, 2: {"action": "BrowDown", "note": "weak"}}
+    labels = run(block(fingerprint, named)).loc["brow"]
+    assert labels["action"].tolist() == ["BrowDown"] * 3
+    assert labels["note"].tolist() == ["weak"] * 3
 
 
-def test_names_for_another_fit_stop_the_run_and_say_what_to_do(run, fingerprint):
-    with pytest.raises(BadLabels) as caught:
-        run({"eye": {"model": "0123456789abcdef", "clusters": {0: "Neutral"}}})
-    message = str(caught.value)
-    assert "mine.yaml, region eye" in message
-    assert "0123456789abcdef" in message
-    assert fingerprint["eye"] in message
-    assert "look at the exemplars" in message
+def test_a_cluster_merged_into_one_that_nobody_named_has_its_proposal(run, fingerprint):
+    proposed = run()
+    labels = run(block(fingerprint, {0: {"same_as": 1}}))
+    columns = ["action", "source", "confidence"]
+    assert labels.loc[("brow", 0), columns].tolist() == proposed.loc[("brow", 1), columns].tolist()
 
 
-@pytest.mark.parametrize(
-    "name", ["Browup", "Smile", "EyeClose", None, 3, {"note": "x"}, ["BrowUp"]]
-)
+def test_the_names_of_a_run_are_a_label_file_that_gives_them_again(run, fingerprint):
+    given = {0: {"action": "BrowUp", "note": "trembling: a lot"}, 1: {"same_as": 0}, 2: "not sure"}
+    labels, names = run(block(fingerprint, given)), run.names.read_text()
+    again = run(names)
+    columns = ["action", "note"]
+    pd.testing.assert_frame_equal(again[columns], labels[columns])
+    assert run.names.read_text() == names
+    assert names.startswith("# The clusters' names as they hold in this run, proposals among them")
+
+
+@pytest.mark.parametrize("name", ["Browup", "Smile", "EyeClose"])
 def test_an_action_that_the_region_does_not_have_is_refused(run, fingerprint, name):
     with pytest.raises(BadLabels, match="cluster 2: .*expected one of BrowUp, BrowDown, Neutral"):
         run(block(fingerprint, {2: name}))
 
 
-def test_a_key_that_a_name_does_not_have_is_refused(run, fingerprint):
-    with pytest.raises(BadLabels, match="cluster 0"):
-        run(block(fingerprint, {0: {"action": "BrowUp", "notes": "strong"}}))
+@pytest.mark.parametrize("entry", [{7: "BrowUp"}, {0: {"same_as": 7}}])
+def test_a_cluster_that_does_not_exist_is_refused(run, fingerprint, entry):
+    with pytest.raises(BadLabels, match="no such cluster.* expected one of 0, 1, 2"):
+        run(block(fingerprint, entry))
 
 
-@pytest.mark.parametrize("cluster", [3, -1, "0", "brow"])
-def test_a_cluster_that_does_not_exist_is_refused(run, fingerprint, cluster):
-    with pytest.raises(BadLabels, match=f"cluster {cluster}: .*no such cluster.* 0, 1, 2"):
-        run(block(fingerprint, {cluster: "BrowUp"}))
-
-
-@pytest.mark.parametrize("region", ["nose", 7])
+@pytest.mark.parametrize("region", ["nose", "7"])
 def test_a_region_that_does_not_exist_is_refused(run, fingerprint, region):
     given = block(fingerprint, {0: "BrowUp"}) | {region: {"model": "x", "clusters": {}}}
-    with pytest.raises(BadLabels, match=f"{region!r}, expected one of brow, eye, mouth"):
+    with pytest.raises(BadLabels, match=f"'{region}', expected one of brow, eye, mouth"):
         run(given)
 
 
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("brow: [", "expected YAML"),
-        ("brow: {model: \x07}", "expected YAML"),
-        ("- brow\n- eye\n", "found a list"),
-        ("BrowUp", "found a str"),
-        ("brow: BrowUp", "region brow"),
-        ("brow:\n  0: BrowUp", "keys model and clusters"),
-        ("brow: {model: x, clusters: [BrowUp]}", "keys model and clusters"),
-        ("brow: {model: x, clusters: {0: BrowUp, 1: Neutral, 0: Neutral}}", "key 0 a second time"),
-        ("eye: {model: x, clusters: {}}\neye: {model: y, clusters: {}}", "key eye a second time"),
-        ("brow: !!map [BrowUp]", "expected YAML"),
-        ("!!python/object/apply:os.getcwd []", "expected YAML"),
-    ],
-)
-def test_a_file_that_is_no_label_file_is_refused_with_its_name(tmp_path, text, message):
-    path = tmp_path / "mine.yaml"
-    path.write_text(text)
-    with pytest.raises(BadLabels, match=message) as caught:
-        read_labels(str(path))
-    assert "mine.yaml" in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
-def test_a_label_file_that_is_not_there_names_the_key():
-    with pytest.raises(BadLabels, match="label.file"):
-        read_labels("nowhere.yaml")
-
-
 def test_an_empty_label_file_names_nothing(run):
-    labels, _, _ = run("# nothing yet\n")
-    assert set(labels["source"]) == {"proposed"}
+    assert set(run("# nothing yet\n")["source"]) == {"proposed"}
 
 
 def test_names_of_a_region_that_was_not_segmented_are_told(run, caplog):
-    labels, _, _ = run({"mouth": {"model": "x", "clusters": {0: "Smile"}}})
+    labels = run({"mouth": {"model": "x", "clusters": {0: "Smile"}}})
     assert "mouth" not in labels.index.get_level_values("region")
     assert "mouth is not segmented, so its names" in caplog.text
 
 
-def test_where_no_region_was_segmented_the_tables_are_empty_and_say_why(run, segmented, tmp_path):
-    world = type(segmented)(
-        series=dict.fromkeys(("brow", "eye", "mouth"), segmented.series["mouth"]),
-        clusters=dict.fromkeys(("brow", "eye", "mouth"), segmented.clusters["mouth"]),
-        models=dict.fromkeys(("brow", "eye", "mouth"), segmented.models["mouth"]),
+def test_after_a_refit_names_move_with_their_frames(run, refitted, fingerprint, caplog):
+    caplog.set_level("INFO")
+    strong = {"action": "BrowUp", "note": "strong"}
+    given = block(fingerprint, {0: strong, 1: "BrowDown"})
+    before, after = run(given), run(given, refitted(turned))
+    assert after.loc[("brow", 1), ["action", "note", "source"]].tolist() == [
+        "BrowUp",
+        "strong",
+        "moved",
+    ]
+    assert after.loc[("brow", 2), ["action", "source"]].tolist() == ["BrowDown", "moved"]
+    assert after.loc[("brow", 1), "confidence"] == 1
+    assert after.loc[("brow", 0), "source"] == "proposed"
+    pd.testing.assert_frame_equal(before.loc[["eye"]], after.loc[["eye"]])
+    assert f"brow: names moved from fit {fingerprint['brow']}: 100 % of 720 frames" in caplog.text
+
+
+def test_the_names_of_a_run_after_a_refit_are_names_of_the_present_fit(run, refitted, fingerprint):
+    run(block(fingerprint, {0: "BrowUp", 1: "BrowDown"}), refitted(turned))
+    assert read_label_file(run.names)["brow"].model == "anew"
+
+
+def test_a_moved_name_that_the_frames_speak_against_is_told(run, refitted, fingerprint, caplog):
+    proposed = run()
+    run(block(fingerprint, {1: other(proposed, "brow", 1)}), refitted(lambda rows: rows["cluster"]))
+    assert f"brow 1 is {other(proposed, 'brow', 1)} by the names moved to it" in caplog.text
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_names_that_cannot_be_moved_stop_the_run_with_a_command_to_copy(
+    run, refitted, fingerprint, proposals, known
+):
+    given = block(fingerprint if known else {"brow": "elsewhere"}, {0: "BrowUp", 1: "BrowDown"})
+    with pytest.raises(BadLabels) as caught:
+        run(given, refitted(merged))
+    message = str(caught.value)
+    assert "mine.yaml, region brow" in message
+    assert given["brow"]["model"] in message
+    assert ("as the fits differ" if known else "none of its frames was known before") in message
+    command = shlex.split(message[message.index("mimeline label") :])
+    arguments = _parsed(command[1:])
+    assert (arguments.results, arguments.file) == (proposals, run.file)
+
+
+@pytest.mark.parametrize("share", range(0, 101, 10))
+def test_whatever_a_refit_does_names_are_moved_by_their_frames_or_the_run_stops(
+    run, refitted, fingerprint, proposals, share
+):
+    """Part of the frames of cluster 0 go to cluster 1, whose name is another."""
+    names = {0: "BrowUp", 1: "BrowDown", 2: "Neutral"}
+    given = block(fingerprint, names)
+
+    def mixed(rows):
+        goes = (rows["cluster"] == 0) & (rows["frame"] % 100 < share)
+        return rows["cluster"].mask(goes, 1)
+
+    world = refitted(mixed)
+    now = tables.read(tables.CLUSTERS, world.clusters["brow"])["cluster"].to_numpy()
+    was = recall(proposals / "label" / "fits", "brow", fingerprint["brow"])
+    frames = was["cluster"].repeat(was["end_frame"] - was["start_frame"]).map(names).to_numpy()
+    try:
+        labels = run(given, world).loc["brow"]
+    except BadLabels:
+        assert share > 0
+        return
+    for cluster in set(now):
+        borne = (frames[now == cluster] == labels.loc[cluster, "action"]).mean()
+        assert labels.loc[cluster, "source"] == "moved"
+        assert labels.loc[cluster, "confidence"] == pytest.approx(borne)
+        assert borne >= 0.8
+
+
+def test_an_old_cluster_that_its_fit_did_not_have_is_refused(run, refitted, fingerprint):
+    with pytest.raises(BadLabels, match="cluster 9: found no such cluster"):
+        run(block(fingerprint, {9: "BrowUp"}), refitted(turned))
+
+
+def test_answers_of_the_same_fit_hold_as_they_are(segmented, tmp_path):
+    clusters = tables.read(tables.CLUSTERS, segmented.clusters["brow"])
+    answers = {0: Answer("BrowUp", "strong"), 1: Answer(same_as=0), 2: Answer()}
+    own = RegionAnswers("f", answers)
+    settled = settle("mine.yaml", own, "brow", "f", clusters, tmp_path, 0.8)
+    assert settled.answers == answers
+    assert (settled.moved, settled.unsafe, settled.kept) == ({}, {}, None)
+    for nothing in (None, RegionAnswers("g")):
+        settled = settle("mine.yaml", nothing, "brow", "f", clusters, tmp_path, 0.8)
+        assert (settled.model, settled.answers, settled.unsafe) == ("f", {}, {})
+
+
+def test_where_no_region_was_segmented_the_table_is_empty_and_says_why(segmented, tmp_path, run):
+    world = SimpleNamespace(
+        **{
+            k: dict.fromkeys(REGIONS, v["mouth"])
+            for k, v in vars(segmented).items()
+            if k != "motion"
+        }
     )
-    labels, names, exemplars = run(world=world)
-    assert labels.empty
-    assert exemplars.empty
+    out = [tmp_path / "label" / f"{name}.parquet" for name in ("proposed", "exemplars", "profiles")]
+    inputs = (world.series, world.clusters, world.models, resource("proposals.csv"))
+    exemplars(*inputs, *out, side="left", n_random=2, n_further=3, seed=0)
+    assert run(world=world, results=tmp_path).empty
     assert tables.reason(tmp_path / "labels.parquet") == "no region could be segmented"
-    assert tables.reason(tmp_path / "exemplars.parquet") == "no region could be segmented"
-    assert run(names, world=world)[0].empty
+    assert run(run.names.read_text(), world, tmp_path).empty

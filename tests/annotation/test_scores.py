@@ -43,6 +43,19 @@ def test_the_same_timeline_scores_one_in_every_region():
     assert set(scores.values()) == {1.0}
 
 
+@pytest.mark.parametrize("blind", ["prediction", "truth"])
+def test_an_action_that_one_side_does_not_measure_is_left_out_and_the_others_score(blind):
+    both = (
+        frames_of(Smile="xxooo", MouthFrown="ooxoo"),
+        frames_of(Smile="xoxoo", MouthFrown="?????"),
+    )
+    mouth = confusions(*(both if blind == "prediction" else both[::-1]))["mouth"][0]
+    counts = np.zeros((4, 4), dtype=int)
+    counts[0, 0], counts[2, 2] = 2, 1
+    counts[(2, 0) if blind == "prediction" else (0, 2)] = 1
+    assert mouth.tolist() == counts.tolist()
+
+
 def test_gaze_is_the_mean_of_its_two_tracks():
     true = frames_of(GazeLeft="xxoo", GazeUp="xxoo")
     pred = frames_of(GazeLeft="xxoo", GazeUp="ooxx")

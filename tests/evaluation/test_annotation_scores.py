@@ -4,12 +4,14 @@ import pytest
 
 from mimeline import tables
 from mimeline.annotation.annotate import annotate_frames
+from mimeline.annotation.proposals import read_rules
 from mimeline.annotation.series import concatenate
 from mimeline.annotation.thresholds import Limits
-from mimeline.evaluation.annotation import evaluate_annotation, oracle
-from mimeline.vocabulary import ACTIONS, SERIES_REGIONS, series_channels
+from mimeline.evaluation.annotation import by_thresholds, evaluate_annotation, oracle
+from mimeline.vocabulary import ACTIONS, SERIES_REGIONS, resource, series_channels
 
 ANNOTATE = {"closed": 0.5, "gaze_deg": 8.0, "head_deg": 8.0, "min_frames": 1}
+RULES = read_rules(resource("proposals.csv"))
 CLIPS, LENGTH = ["a", "b", "c"], 60
 STATE = np.arange(len(CLIPS) * LENGTH) // 10 % 3  # neutral, BrowUp, BrowDown
 
@@ -77,6 +79,7 @@ def world(tmp_path):
             [tmp_path / "annotated.parquet"],
             series,
             assigned,
+            resource("proposals.csv"),
             tmp_path / "truth" if truth is not None else None,
             out,
             side="left",
@@ -99,6 +102,12 @@ def test_clusters_that_tell_the_states_apart_score_one_by_oracle_names(world):
     assert metrics.loc[("named", "f1_brow"), "n"] == len(STATE)
 
 
+def test_thresholds_name_each_frame_whatever_its_cluster(world):
+    metrics, _ = world(np.zeros_like(STATE), predicted=np.zeros_like(STATE))
+    assert metrics.loc[("thresholds", "f1_brow"), "value"] == 1
+    assert metrics.loc[("oracle", "f1_brow"), "value"] == pytest.approx((2 / 4) / 3)
+
+
 def test_what_was_not_measured_has_no_row(world):
     metrics, _ = world(STATE)
     assert set(metrics.index.get_level_values("metric")) == {"f1_brow"}
@@ -116,6 +125,31 @@ def test_where_no_region_was_segmented_the_annotation_is_scored_all_the_same(wor
     metrics, _ = world(None)
     assert metrics.loc[("named", "f1_brow"), "value"] == 1
     assert "f1_brow" not in metrics.drop("named").index.get_level_values("metric")
+
+
+def brow_frames(up, down) -> pd.DataFrame:
+    """Ninety frames at rest, then one for each pair of how far the brow goes up and down."""
+    values = np.concatenate([np.zeros((90, 3)), np.column_stack([down, up, up])])  # (n_frames, 3)
+    channels = series_channels("brow", "left")
+    return keys_of(["a"], len(values)).assign(**dict(zip(channels, values.T, strict=True)))
+
+
+def test_a_single_frame_is_named_by_the_rules():
+    frames = brow_frames(up=[0.6] * 3 + [0] * 6, down=[0] * 3 + [0.6] * 3 + [0.01] * 3)
+    clusters, labels = by_thresholds(frames, RULES, "brow", "left")
+    names = clusters["cluster"].map(labels.set_index("cluster")["action"])
+    assert names.tolist() == ["Neutral"] * 90 + ["BrowUp"] * 3 + ["BrowDown"] * 3 + ["Neutral"] * 3
+
+
+def test_thresholds_do_not_tell_an_action_whose_channel_never_moves():
+    frames = brow_frames(up=[0.6] * 9, down=[0] * 9)
+    clusters, labels = by_thresholds(frames, RULES, "brow", "left")
+    motion = keys_of(["a"], len(frames)).reindex(columns=tables.MOTION.schema.names)
+    found = annotate_frames(
+        motion.assign(valid=True), {"brow": clusters}, labels, Limits(**ANNOTATE)
+    )
+    assert found["BrowDown"].isna().all()
+    assert found["BrowUp"].tolist() == [False] * 90 + [True] * 9
 
 
 def test_without_a_truth_the_table_is_empty_and_says_so(world):

@@ -90,6 +90,27 @@ def frames(ids: list[str], unmeasured: tuple[str, ...] = ()) -> pd.DataFrame:
     return pd.concat(parts) if parts else tables.empty(tables.FRAMES)
 
 
+def looked(looks: int = 10, needed: int = 4) -> list[dict]:
+    """Rows of the labelling's metrics: as good as it gets after `needed` looks, chosen well."""
+
+    def row(variant: str, metric: str, n: int, value: float, spread: float | None = None) -> dict:
+        known = {"model": "labelling", "part": "all", "seed": 0}
+        own = {"variant": variant, "metric": metric, "n": n, "value": value}
+        ends = {} if spread is None else {"low": value - spread, "high": min(value + spread, 1)}
+        return known | own | ends
+
+    rows = []
+    for metric in ("f1", "f1_brow", "f1_eye", "f1_mouth"):
+        for n in range(looks + 1):
+            rows.append(row("active", metric, n, 0.9 if n else 0.85))
+            rows.append(row("active_unproposed", metric, n, 0.9 * min(n / needed, 1)))
+            rows.append(row("random_unproposed", metric, n, 0.9 * n / looks, 0.05))
+        rows.append(row("proposed", metric, 0, 0.85))
+        rows.append(row("person", metric, looks, 0.9))
+        rows.append(row("oracle", metric, looks, 0.93))
+    return rows
+
+
 def _write(table: tables.Table, rows: list[dict], path: Path, reason: str = "") -> Path:
     blank = dict.fromkeys(table.schema.names)
     filled = pd.DataFrame([blank | row for row in rows], columns=table.schema.names)
@@ -219,14 +240,21 @@ def _full(
     names = [("brow", "BrowUp"), ("eye", "EyeWiden"), ("mouth", "Smile")]
     labels = [
         {"region": region, "cluster": number, "action": action, "share": 0.5, "source": source}
-        | {"note": note if source == "human" else None}
+        | {"note": note if source == "human" else None, "unmeasured": []}
         for region, name in names
         for number, action, source in ((0, "Neutral", "proposed"), (1, name, "human"))
     ]
     shown = [
-        {"region": region, "cluster": 1, "kind": kind} | interval
+        {"region": region, "cluster": 1, "kind": kind, "rank": rank, "clip_id": clip}
+        | {"start_frame": 30 * rank, "end_frame": 30 * (rank + 1)}
         for region in SERIES_REGIONS
-        for kind in ("medoid", "longest")
+        for rank, kind in enumerate(("medoid", "longest"))
+    ]
+    profiled = [
+        {"region": region, "cluster": number, "n_frames": 30, "n_intervals": 1, "n_clips": 1}
+        | {"median_frames": 30, "purity": 0.96, "nearest": 1 - number, "distance": 2.5}
+        for region in SERIES_REGIONS
+        for number in (0, 1)
     ]
     share = [{"channel": c, "measured": 1, "mean": 0.3, "std": 0.2, "low": 0.0, "high": 0.6}
              for c in CHANNELS]  # fmt: skip
@@ -297,6 +325,7 @@ def _full(
         "clusters": clusters,
         "labels": _write(tables.LABELS, labels, at / "labels.parquet"),
         "exemplars": _write(tables.EXEMPLARS, shown, at / "exemplars.parquet"),
+        "profiles": _write(tables.PROFILES, profiled, at / "profiles.parquet"),
         "intervals": [_write(tables.INTERVALS, found, at / "intervals.parquet")],
         "frames": [paths["frames"]],
         "split": _write(
@@ -304,6 +333,7 @@ def _full(
         ),
         "statistics": _write(tables.STATISTICS, share, at / "statistics.parquet"),
         "annotation_metrics": _write(tables.METRICS, scored, at / "annotation.parquet"),
+        "labelling": _write(tables.METRICS, looked(), at / "labelling.parquet"),
         "models": ["timeline"],
         "checkpoints": [checkpoint],
         "metrics": [_write(tables.METRICS, followed, at / "metrics.parquet")],
@@ -335,6 +365,8 @@ def empty_run(tmp_path: Path) -> dict:
     kinds = {
         "labels": tables.LABELS,
         "exemplars": tables.EXEMPLARS,
+        "profiles": tables.PROFILES,
+        "labelling": tables.METRICS,
         "duplicates": tables.DUPLICATES,
         "descriptions": tables.DESCRIPTIONS,
         "attributes": tables.ATTRIBUTES,

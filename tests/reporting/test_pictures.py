@@ -3,15 +3,13 @@ import pandas as pd
 import pytest
 
 from mimeline.reporting import words
-from mimeline.reporting.album import Album
 from mimeline.reporting.channels import channels
-from mimeline.reporting.clusters import regions
 from mimeline.reporting.confusion import matrices
 from mimeline.reporting.dots import dot_chart
 from mimeline.reporting.drawing import Scale, curve, second_ticks, ticks
 from mimeline.reporting.filmstrip import places
 from mimeline.reporting.gauge import WIDTH, gauge
-from mimeline.reporting.stand_in import stand_in
+from mimeline.reporting.scores import scores
 from mimeline.reporting.timelines import choose, stretches
 from mimeline.reporting.training import loss_curve
 from mimeline.vocabulary import ACTIONS
@@ -58,6 +56,16 @@ def test_stretches_end_where_the_action_changes_or_frames_are_missing():
     ]
     frames["BrowUp"] = pd.array([pd.NA, pd.NA, False, False, True], dtype="boolean")
     assert [run[1:] for run in stretches(frames, "brow", gaps=True)] == [(0, 2)]
+
+
+def test_an_action_that_is_unmeasured_throughout_leaves_no_gap_where_the_others_are_known():
+    marks = pd.DataFrame(False, index=range(5), columns=list(ACTIONS)).astype("boolean")
+    marks["Smile"] = pd.array([False, True, True, False, pd.NA], dtype="boolean")
+    marks["MouthFrown"] = pd.array([pd.NA] * 5, dtype="boolean")
+    frames = pd.concat([pd.DataFrame({"clip_id": "a", "frame": range(5)}), marks], axis=1)
+    assert stretches(frames, "mouth") == [("Smile", 1, 3)]
+    gaps = [stretches(frames, "mouth", absent, gaps=True) for absent in ([], ["MouthFrown"])]
+    assert [[run[1:] for run in runs] for runs in gaps] == [[(0, 1), (3, 5)], [(4, 5)]]
 
 
 def test_losses_over_a_wide_range_are_drawn_on_a_logarithmic_axis():
@@ -118,26 +126,6 @@ def test_actions_are_named_in_words():
     ]
 
 
-def test_an_interval_chosen_for_several_reasons_is_drawn_once(run):
-    given = run()
-    found = regions(
-        given["series"],
-        given["clusters"],
-        given["labels"],
-        given["exemplars"],
-        {"kept_1": 30.0},
-        "left",
-        wanted=4,
-        album=Album({}, given["motions"], stand_in(None)),
-    )
-    cluster = found[0].clusters[0]
-    assert (cluster.action, cluster.source) == ("BrowUp", "named by a person")
-    assert [shown.kind for shown in cluster.exemplars] == ["medoid, longest"]
-    assert cluster.exemplars[0].text == "1.00 s, frames 0–29"
-    assert [shot.frame for shot in cluster.exemplars[0].shots] == [0, 14, 29]
-    assert found[0].clusters[-1].action == "Neutral"
-
-
 def test_a_channel_is_measured_flat_or_absent(run):
     found = channels(run()["statistics"], [])
     assert (found.measured, found.absent, found.dead) == (56, ["browDownLeft"], ["browDownRight"])
@@ -164,6 +152,16 @@ def test_a_confusion_matrix_tells_shares_of_the_true_frames():
     shares = [(share, right) for share, _, right in brow.rows[1].cells]
     assert shares == [(pytest.approx(1 / 3), False), (pytest.approx(2 / 3), True), (0, False)]
     assert matrices(found, None) == []
+
+
+def test_an_action_has_no_share_where_its_absence_is_never_known(run):
+    marks = pd.DataFrame(False, index=range(4), columns=list(ACTIONS)).astype("boolean")
+    marks["MouthFrown"] = pd.array([True, pd.NA, pd.NA, pd.NA], dtype="boolean")
+    marks["Smile"] = pd.array([True, False, pd.NA, pd.NA], dtype="boolean")
+    frames = pd.concat([pd.DataFrame({"clip_id": "a", "frame": range(4)}), marks], axis=1)
+    found = scores(run()["annotation_metrics"], frames, None)
+    told = {share.action: share.text for share in found.shares["mouth"]}
+    assert told == {"SoftSmile": "0 %", "Smile": "50 %", "MouthFrown": "not measured"}
 
 
 @pytest.mark.parametrize(("value", "limit"), [(12.7, 10.0), (3.4, 5.0), (0.25, 0.1), (0, 2)])

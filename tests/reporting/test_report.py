@@ -1,6 +1,7 @@
 import re
 from html.parser import HTMLParser
 
+import pandas as pd
 import pytest
 
 from mimeline import tables
@@ -59,7 +60,8 @@ def test_the_page_tells_every_stage_cluster_score_and_model_of_a_run(plain_page)
     assert "too short 3.4 s 5 s" in page.text
     assert "line 812: found n/a" in page.text
     assert "named by a person" in page.text
-    assert "medoid, longest" in page.text
+    assert "medoid 1.00 s" in page.text and "longest 1.00 s" in page.text
+    assert "mimeline label --results" in page.text
     assert "0.910" in page.text
     assert "alignment of the timeline model 0.77" in page.text
     assert "19 steps" in page.text
@@ -79,6 +81,44 @@ def test_channels_that_the_clusters_were_fitted_without_are_said(run, plain_page
     tables.write(table, tables.read(table, path).assign(mouthFrownLeft=0.01), path)
     _, page = written(arguments)
     assert "Fitted without mouthFrownLeft : it hardly moves." in page.text
+
+
+def test_clusters_without_a_name_and_actions_that_are_not_measured_are_said(run, plain_page):
+    arguments = run(unmeasured=("MouthFrown",))
+    names = tables.read(tables.LABELS, arguments["labels"])
+    mouth, neutral = names["region"] == "mouth", names["action"] == "Neutral"
+    names["unmeasured"] = [["MouthFrown"] if own else [] for own in mouth]
+    names.loc[mouth & neutral, ["action", "why"]] = [None, "two actions are as likely"]
+    tables.write(tables.LABELS, names, arguments["labels"])
+    _, page = written(arguments)
+    assert "a person named 3, a rule proposed the names of 2 and 1 has no name" in page.text
+    assert "1 of the 2 mouth clusters has no name: what 50 % of the frames show" in page.text
+    assert "mouth frown: not measured" in page.text
+    assert "No channel that moves tells it" in page.text
+    assert "two actions are as likely" in page.text
+    assert "on a dotted lane mouth frown was not measured" in page.text
+    for said in ("no name", "frown: not measured", "dotted lane"):
+        assert said not in Page(plain_page).text
+
+
+def test_frames_of_which_an_action_is_not_known_are_drawn_grey_and_not_as_neutral(run, plain_page):
+    arguments = run()
+    marked = tables.read(tables.FRAMES, arguments["frames"][0])
+    marked.loc[marked["frame"] >= 40, ["BrowUp", "BrowDown"]] = pd.NA
+    tables.write(tables.FRAMES, marked, arguments["frames"][0])
+    html, page = written(arguments)
+    assert 'class="gap"' in html and 'class="gap"' not in plain_page
+    assert "not measured, or its cluster has no name: frames 40–59, 0.67 s" in page.text
+
+
+def test_frames_that_the_timelines_do_not_know_are_told_beside_the_score(run, plain_page):
+    assert "60 of" not in Page(plain_page).text
+    arguments = run()
+    rows = tables.read(tables.METRICS, arguments["annotation_metrics"]).copy()
+    rows.loc[(rows["variant"] == "named") & (rows["metric"] == "f1_brow"), "n"] = 45
+    tables.write(tables.METRICS, rows, arguments["annotation_metrics"])
+    _, page = written(arguments)
+    assert "45 of 60" in page.text
 
 
 def test_a_track_without_its_channels_is_drawn_as_not_measured(run, plain_page):

@@ -1,4 +1,4 @@
-"""A small run with films, its page, and a browser that has opened it."""
+"""Small runs to review and to label, their pages, and a browser that has opened them."""
 
 import shutil
 from pathlib import Path
@@ -8,11 +8,14 @@ import pytest
 
 from mimeline import tables
 from mimeline.clips.exclusions import read_exclusions
+from mimeline.studio.clusters_of_run import ClustersOfRun
 from mimeline.studio.decisions import Decisions
+from mimeline.studio.pictures import Pictures
 from mimeline.studio.review import clips_with_films, review
 
+from .fitted_run import HOSTILE, LabelPage, make
+
 KEY = "the-key"
-HOSTILE = '<img src=x onerror="alert(1)">'
 FILM = bytes(range(256)) * 8
 CLIPS = ("-a_1", "b_1", "c_1", "d_1", "e_1")  # kept twice, turned, too short, without a video
 FILMED = ("-a_1", "b_1", "c_1")
@@ -125,3 +128,38 @@ def _clip(name: str, cut: bool) -> dict:
         clip |= {"media": f"elsewhere/{name}.mp4", "fps_num": 30, "fps_den": 1, "n_frames": 180}
         clip |= {"audio": f"elsewhere/{name}.wav", "width": 512, "height": 512}
     return clip
+
+
+@pytest.fixture(scope="session")
+def fitted_once(tmp_path_factory) -> Path:
+    """Results up to `exemplars`: brow and mouth have clusters, the eye was never measured."""
+    results = tmp_path_factory.mktemp("fitted") / "results"
+    make(results)
+    return results
+
+
+@pytest.fixture
+def fitted(fitted_once, tmp_path) -> Path:
+    return shutil.copytree(fitted_once, tmp_path / "results")
+
+
+@pytest.fixture
+def names(tmp_path) -> Path:
+    """The label file."""
+    return tmp_path / "labels" / "names.yaml"
+
+
+@pytest.fixture(scope="session")
+def pictures(fitted_once):
+    return Pictures(ClustersOfRun(fitted_once), None)
+
+
+@pytest.fixture
+def label_page(pictures, names):
+    """Opens the page anew, as a start of the command does; results: others than the usual."""
+
+    def open_page(results: Path | None = None, person: str = "") -> LabelPage:
+        own = Pictures(ClustersOfRun(results), None) if results else pictures
+        return LabelPage(own, names, person)
+
+    return open_page

@@ -366,3 +366,30 @@ def test_a_fitted_model_refuses_what_it_cannot_label(series, fitted):
             ask(bad, lengths)
     with pytest.raises(ValueError, match="found 2 channels, expected 3"):
         fitted.predict(X[:, :2], lengths)
+
+
+def test_frames_cost_least_on_average_in_their_own_cluster(series, fitted):
+    X, lengths, _ = series
+    costs = fitted.mean_costs(X, fitted.labels_, lengths)
+    assert (costs.argmin(axis=1) == np.arange(3)).all()
+
+
+def test_mean_costs_of_all_frames_in_one_cluster_are_minus_its_score(series):
+    X, lengths, _ = series
+    model = TICC(1, window=4, cost="likelihood", standardise=False).fit(X, lengths)
+    costs = model.mean_costs(X, np.zeros(len(X), dtype=int), lengths)
+    assert costs[0, 0] == pytest.approx(-model.score(X, lengths))
+
+
+def test_a_cluster_that_no_frame_is_given_has_no_mean_cost(series, fitted):
+    X, lengths, _ = series
+    costs = fitted.mean_costs(X, np.ones(len(X), dtype=int), lengths)
+    assert np.isfinite(costs[1]).all() and np.isnan(costs[[0, 2]]).all()
+
+
+def test_null_sequences_count_for_no_mean_cost(series):
+    X, lengths, _ = series
+    model = TICC(2, window=4, boundary="paper", max_iter=3).fit(X, lengths)
+    costs = model.mean_costs(X, model.labels_, lengths)
+    assert costs.shape == (3, 3)
+    assert np.isfinite(costs[:2]).all()

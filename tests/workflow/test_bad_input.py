@@ -67,9 +67,10 @@ def relabelled(toy_run, tmp_path_factory):
     change → the run, and the label file's path. In the end the clusters are named as they were.
     """
     folder = tmp_path_factory.mktemp("labels")
+    written = (toy_run.root / "results/label/labels.yaml").read_text()
 
     def relabelled(change: dict):
-        names = yaml.safe_load((toy_run.root / "results/label/labels.yaml").read_text())
+        names = yaml.safe_load(written)
         names["brow"] |= change
         labels, config = folder / "names.yaml", folder / "config.yaml"
         labels.write_text(yaml.safe_dump(names))
@@ -84,16 +85,23 @@ def relabelled(toy_run, tmp_path_factory):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"model": "0123456789abcdef"}, "region brow: found names for model 0123456789abcdef"),
         ({"clusters": {0: "EyebrowUp"}}, "region brow, cluster 0: found 'EyebrowUp'"),
+        ({"clusters": {0: {"same_as": 0}}}, "region brow, cluster 0: found cluster 0, which is"),
+        ({"clusters": [1, 2]}, "region brow, clusters: found ['1', '2']"),
     ],
 )
-def test_a_label_file_that_does_not_fit_stops_the_run(toy_run, relabelled, change, message):
+def test_a_label_file_that_does_not_fit_stops_the_run(relabelled, change, message):
     done, labels = relabelled(change)
     line = complaint(done)
     assert message in line
     assert str(labels) in line
-    assert (toy_run.root / "results/label/labels.yaml").exists()  # to start again from
+
+
+def test_names_of_a_fit_that_nobody_knows_stop_the_run_with_the_command_that_mends_it(relabelled):
+    done, labels = relabelled({"model": "0123456789abcdef"})
+    line = complaint(done)
+    assert "region brow: found names for model 0123456789abcdef (brow)" in line
+    assert line.endswith(f"mimeline label --results results --file {labels}")
 
 
 def test_a_label_file_that_fits_names_the_clusters(toy_run, relabelled):

@@ -26,8 +26,9 @@ AFTER_POSE = {
     "train",
     "evaluate",
 }
-AFTER_POSE |= {"evaluate_annotation", "report"}
+AFTER_POSE |= {"evaluate_annotation", "evaluate_labelling", "report"}
 AFTER_LABEL = {"annotate", "describe", "train", "evaluate", "evaluate_annotation", "report"}
+AFTER_SEGMENT = {"exemplars", "evaluate_labelling", "label"} | AFTER_LABEL
 
 # Which rules use a key: the longest prefix that matches it. A section's keys belong to the rule of
 # its name; what other rules use besides is told here.
@@ -66,15 +67,17 @@ USERS: dict[str, set[str]] = {
     "sweep": {"sweep_region"},
     "label": {"exemplars"},
     "label.file": {"label"},
+    "label.min_agreement": {"label"},
     "annotate": {"annotate", "evaluate_annotation", "evaluate", "report"},
     "describe": {"describe"},
     "describe.balance": {"describe", "report"},
     "split": {"split"},
     "train.timeline": {"train"},
-    "evaluate.truth": {"evaluate_annotation", "sweep_region", "report"},
+    "evaluate.truth": {"evaluate_annotation", "evaluate_labelling", "sweep_region", "report"},
     "evaluate.gmm_components": {"evaluate_annotation"},
     "evaluate.bootstrap": {"evaluate_annotation", "evaluate"},
-    "evaluate.seed": {"evaluate_annotation"},
+    "evaluate.seed": {"evaluate_annotation", "evaluate_labelling"},
+    "evaluate.looks": {"evaluate_labelling"},
     "evaluate.timeline": {"evaluate"},
     "report": {"report"},
 }
@@ -271,8 +274,10 @@ DRY_RUNS = {
     "ingest.max_missing": (0.2, {"ingest", "pose"} | AFTER_POSE),
     "pose.max_yaw_deg": (30, {"pose"} | AFTER_POSE),
     "series.null_length": (50, AFTER_POSE - {"split"}),
-    "segment.brow.beta": (6, {"segment", "exemplars", "label"} | AFTER_LABEL),
-    "label.n_random": (2, {"exemplars", "label"} | AFTER_LABEL),
+    "segment.brow.beta": (6, {"segment"} | AFTER_SEGMENT),
+    "label.n_random": (3, AFTER_SEGMENT),
+    "label.min_agreement": (0.9, {"label"} | AFTER_LABEL),
+    "evaluate.looks": (3, {"evaluate_labelling", "report"}),
     "annotate.closed": (0.4, AFTER_LABEL),
     "split.seed": (1, {"split", "train", "evaluate", "report"}),
     "train.timeline.steps": (11, {"train", "evaluate", "report"}),

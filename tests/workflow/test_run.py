@@ -6,8 +6,12 @@ import pandas as pd
 import pytest
 
 from mimeline import tables
+from mimeline.annotation.fits import recall
+from mimeline.annotation.fitted import read_fingerprint
+from mimeline.annotation.label_file import read_label_file
 from mimeline.inspection.funnel import funnel
 from mimeline.inspection.why import why
+from mimeline.vocabulary import SERIES_REGIONS
 
 from .checkouts import CHECKOUT, TINY
 
@@ -130,13 +134,52 @@ def test_every_frame_of_every_kept_clip_is_annotated(results):
     assert counts.to_dict() == clips.set_index("clip_id")["n_frames"].astype(int).to_dict()
 
 
+def test_every_cluster_has_its_facts_its_exemplars_and_a_row_of_labels(results):
+    label = results / "label"
+    facts = tables.read(tables.PROFILES, label / "profiles.parquet")
+    shown = tables.read(tables.EXEMPLARS, label / "exemplars.parquet")
+    labels = tables.read(tables.LABELS, label / "labels.parquet")
+    clusters = {
+        (region, int(number))
+        for region in SERIES_REGIONS
+        for number in tables.read(
+            tables.CLUSTERS, results / "segment" / region / "clusters.parquet"
+        )["cluster"].unique()
+    }
+    for table in (facts, shown, labels):
+        assert set(zip(table["region"], table["cluster"], strict=True)) == clusters
+    ranks = shown.groupby(["region", "cluster"])["rank"].agg(list)
+    assert all(sorted(rank) == list(range(len(rank))) for rank in ranks)
+
+
+def test_the_names_of_a_run_are_a_label_file_of_its_fits_to_start_from(results):
+    named = read_label_file(results / "label" / "labels.yaml")
+    labels = tables.read(tables.LABELS, results / "label" / "labels.parquet")
+    for region in SERIES_REGIONS:
+        rows = labels[labels["region"] == region]
+        assert set(named[region].clusters) == set(rows["cluster"])
+        assert named[region].model == read_fingerprint(results / "segment" / region / "model")
+        segments = recall(results / "label" / "fits", region, named[region].model)
+        assert set(segments["cluster"]) == set(rows["cluster"])
+
+
 def test_the_annotation_is_scored_for_every_region_and_variant(results):
     metrics = tables.read(tables.METRICS, results / "evaluate" / "annotation" / "metrics.parquet")
     table = metrics.pivot(index="variant", columns="metric", values="value")
-    assert set(table.index) == {"named", "oracle", "gmm"}
+    assert set(table.index) == {"named", "oracle", "gmm", "thresholds"}
     regions = ("brow", "eye", "closure", "mouth", "gaze", "head")
     assert set(table.columns) == {f"f1_{region}" for region in regions}
     assert (table.loc["oracle"] >= table.loc["named"] - 0.02).all()
+
+
+def test_what_labels_are_worth_is_told_from_none_to_all_that_may_be_spent(results):
+    metrics = tables.read(tables.METRICS, results / "evaluate" / "labelling" / "metrics.parquet")
+    f1 = metrics[metrics["metric"] == "f1"]
+    assert {"active", "random", "proposed", "person", "oracle"} <= set(f1["variant"])
+    curve = f1[f1["variant"] == "active_unproposed"].sort_values("n")
+    assert curve["n"].iloc[0] == 0
+    assert curve["value"].iloc[-1] > curve["value"].iloc[0]
+    assert f1["value"].between(0, 1).all()
 
 
 def test_the_model_is_scored_with_and_without_its_timeline(results):

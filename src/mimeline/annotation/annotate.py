@@ -1,6 +1,7 @@
 """Timelines of 16 actions: the clusters' names on three tracks, thresholds on the other five."""
 
 import logging
+from collections.abc import Collection
 from pathlib import Path
 
 import numpy as np
@@ -58,24 +59,31 @@ def annotate_frames(
     labels: pd.DataFrame,
     limits: Limits,
 ) -> pd.DataFrame:
-    """The 16 actions at each frame, pd.NA where a track's channels were not measured.
+    """The 16 actions at each frame, pd.NA where it is not known whether the frame shows them.
 
-    Frames that are not valid are pd.NA throughout.
+    That is so where a track's channels were not measured, where the cluster has no name, for the
+    actions that the labels call unmeasured (but where a person named a cluster so), and for all
+    actions of a frame that is not valid.
 
     motion: the `motion` table, sorted by clip and frame. clusters: by region, the `clusters` table;
-    labels: their names.
+    labels: their names, and what is unmeasured where they have that column.
     """
     keys = motion[["clip_id", "frame"]].reset_index(drop=True)
     actions = threshold_actions(motion.reset_index(drop=True), limits)
     actions[~motion["valid"].to_numpy(bool)] = pd.NA
     for region in SERIES_TRACK:
-        names = labels.loc[labels["region"] == region].set_index("cluster")["action"]
+        own = labels[labels["region"] == region]
+        names = own.set_index("cluster")["action"]
+        unmeasured = {name for absent in own.get("unmeasured", ()) for name in absent}
         assigned = clusters.get(region, tables.empty(tables.CLUSTERS))
         at = keys.merge(assigned[["clip_id", "frame", "cluster"]], how="left", validate="1:1")
         action = at["cluster"].map(names)  # (n_frames,), NaN where not measured or without a name
-        unknown = at["cluster"].isna() | names.empty  # a cluster that fitting left empty is neutral
+        unnamed = at["cluster"].isin(names.index[names.isna()])
+        unknown = at["cluster"].isna() | unnamed | names.empty  # one without a row is neutral
         for name in series_actions(region):
-            actions[name] = (action == name).astype("boolean").mask(unknown)
+            shown = action == name
+            untold = ~shown if name in unmeasured else unknown
+            actions[name] = shown.astype("boolean").mask(untold)
     marked = pd.concat([keys, actions], axis=1)[tables.FRAMES.schema.names]
     return _without_short(marked, limits.min_frames) if limits.min_frames > 1 else marked
 
@@ -139,22 +147,41 @@ def _rows(runs: pd.DataFrame) -> tuple[np.ndarray, np.ndarray]:
     return first[number] + within, number
 
 
-def track_codes(frames: pd.DataFrame, track: str) -> np.ndarray:
-    """(n_frames,) int: 0 neutral, i the track's i-th action, -1 not measured."""
-    codes = np.zeros(len(frames), dtype="int64")
-    for number, action in enumerate(track_actions(track), start=1):
-        marks = frames[action].to_numpy(dtype="float64", na_value=np.nan)
-        codes[marks == 1] = number
-        codes[np.isnan(marks)] = -1
+def track_codes(frames: pd.DataFrame, track: str, unmeasured: Collection[str] = ()) -> np.ndarray:
+    """(n_frames,) int: i where the track's i-th action is true, 0 neutral, -1 not known.
+
+    A frame is neutral where every action is known to be absent; unmeasured: but for these.
+    """
+    marks = frames[list(track_actions(track))].to_numpy("float64", na_value=np.nan)  # (n, actions)
+    asked = [name not in unmeasured for name in track_actions(track)]
+    codes = -np.isnan(marks[:, asked]).any(axis=1).astype("int64")
+    rows, shown = np.nonzero(marks == 1)
+    codes[rows] = shown + 1
     return codes
 
 
+def unmeasured_actions(frames: pd.DataFrame, track: str) -> list[str]:
+    """The track's actions that are unknown wherever they are not true."""
+    marks = frames[list(track_actions(track))]
+    return [name for name in marks if marks[name].isna().any() and marks[name].all()]
+
+
 def _without_short(frames: pd.DataFrame, min_frames: int) -> pd.DataFrame:
-    """Intervals shorter than min_frames become neutral."""
+    """Intervals shorter than min_frames become neutral.
+
+    One beside a frame of which the action is not known becomes unknown: it may be longer.
+    """
     frames = frames.copy()
+    begins = np.zeros(len(frames), dtype=bool)
+    begins[run_starts(frames)] = True
     for track in TRACKS:
         runs = _runs(frames, track)
         short = runs[(runs["stop"] - runs["row"] < min_frames) & (runs["action"] != NEUTRAL)]
         for action, same in short.groupby("action"):
-            frames.iloc[_rows(same)[0], frames.columns.get_loc(action)] = False
+            column = frames.columns.get_loc(action)
+            unknown = frames[action].isna().to_numpy()
+            first, after = same["row"].to_numpy(), same["stop"].to_numpy() % len(frames)
+            beside = (unknown[first - 1] & ~begins[first]) | (unknown[after] & ~begins[after])
+            frames.iloc[_rows(same[~beside])[0], column] = False
+            frames.iloc[_rows(same[beside])[0], column] = pd.NA
     return frames

@@ -1,5 +1,6 @@
 """What a region's model folder tells without the model being loaded."""
 
+import json
 from pathlib import Path
 
 from mimeline.errors import BadFile
@@ -18,6 +19,14 @@ def read_fingerprint(folder: Path) -> str:
     try:
         return (Path(folder) / FINGERPRINT_FILE).read_text(encoding="utf-8").strip()
     except (OSError, ValueError) as error:
+        raise broken(folder, error) from error
+
+
+def read_channels(folder: Path) -> tuple[str, ...]:
+    """The channels that the model takes. Raises BadFile where the folder does not tell."""
+    try:
+        return tuple(json.loads((Path(folder) / CHANNELS_FILE).read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError) as error:
         raise broken(folder, error) from error
 
 

@@ -8,7 +8,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from mimeline.annotation.fitted import CHANNELS_FILE, FINGERPRINT_FILE, broken, is_fitted
+from mimeline.annotation.fitted import (
+    CHANNELS_FILE,
+    FINGERPRINT_FILE,
+    broken,
+    is_fitted,
+    read_channels,
+)
 from mimeline.annotation.series import sequences
 from mimeline.ticc import TICC
 
@@ -48,8 +54,7 @@ class RegionModel:
     def load(cls, folder: Path) -> "RegionModel":
         """The model that `save` wrote. Raises BadFile where the folder holds none."""
         try:
-            channels = json.loads((Path(folder) / CHANNELS_FILE).read_text(encoding="utf-8"))
-            return cls(TICC.load(folder), tuple(channels))
+            return cls(TICC.load(folder), read_channels(folder))
         except (OSError, ValueError, KeyError, TypeError) as error:
             raise broken(folder, error) from error
 

@@ -38,3 +38,25 @@ def cluster_runs(clusters: pd.DataFrame) -> pd.DataFrame:
             "margin": np.bincount(run, clusters["margin"], minlength=len(starts)) / lengths,
         }
     )
+
+
+def run_means(runs: pd.DataFrame, values: np.ndarray) -> np.ndarray:
+    """(n_runs, d): the mean of each run of `cluster_runs` over values (n_frames, d), its frames."""
+    lengths = (runs["end_frame"] - runs["start_frame"]).to_numpy()
+    if not len(lengths):
+        return np.empty((0, values.shape[1]))
+    return np.add.reduceat(values, np.cumsum(lengths) - lengths, axis=0) / lengths[:, None]
+
+
+def run_changes(runs: pd.DataFrame, values: np.ndarray) -> np.ndarray:
+    """(n_runs, d): how far the line through each run's frames rises from its first to its last.
+
+    runs, values: as for run_means.
+    """
+    lengths = (runs["end_frame"] - runs["start_frame"]).to_numpy()
+    starts = np.cumsum(lengths) - lengths
+    middle = np.repeat((lengths - 1) / 2, lengths)
+    time = np.arange(len(values)) - np.repeat(starts, lengths) - middle  # (n_frames,), mean 0
+    slope = run_means(runs, time[:, None] * values)
+    variance = np.where(lengths > 1, (lengths**2 - 1) / 12, 1.0)  # of time within each run
+    return slope / variance[:, None] * (lengths - 1)[:, None]

@@ -1,9 +1,11 @@
 """Macro-F1 of annotated frames against the truth (Ma et al. 2025, 4.1), per region."""
 
+from collections.abc import Collection
+
 import numpy as np
 import pandas as pd
 
-from mimeline.annotation.annotate import track_codes
+from mimeline.annotation.annotate import track_codes, unmeasured_actions
 from mimeline.vocabulary import track_actions
 
 REGION_TRACKS: dict[str, tuple[str, ...]] = {
@@ -26,14 +28,23 @@ def region_scores(truth: pd.DataFrame, predicted: pd.DataFrame) -> dict[str, flo
 
 
 def confusions(truth: pd.DataFrame, predicted: pd.DataFrame) -> dict[str, np.ndarray]:
-    """Confusion counts (n_clips, C, C) of each measured track, truth in rows, Neutral first."""
+    """Confusion counts (n_clips, C, C) of each measured track, truth in rows, Neutral first.
+
+    An action that one of the tables does not measure is left out, and so are the frames in which
+    the other shows it: the score is that of what both can tell.
+    """
     both = truth.merge(predicted, on=["clip_id", "frame"], suffixes=("_true", "_pred"))
     clips, clip = np.unique(both["clip_id"].to_numpy(str), return_inverse=True)
     counts = {}
     for track in dict.fromkeys(t for tracks in REGION_TRACKS.values() for t in tracks):
-        true = true_codes(_side(both, "_true"), track)
-        pred = track_codes(_side(both, "_pred"), track)
-        usable = (true >= 0) & (pred >= 0)
+        sides = _side(both, "_true"), _side(both, "_pred")
+        absent = {name for side in sides for name in unmeasured_actions(side, track)}
+        if len(absent) == len(track_actions(track)):
+            continue
+        true = true_codes(sides[0], track, absent)
+        pred = track_codes(sides[1], track, absent)
+        out = [number for number, a in enumerate(track_actions(track), start=1) if a in absent]
+        usable = (true >= 0) & (pred >= 0) & ~np.isin(true, out) & ~np.isin(pred, out)
         if not usable.any():
             continue
         size = len(track_actions(track)) + 1
@@ -43,12 +54,12 @@ def confusions(truth: pd.DataFrame, predicted: pd.DataFrame) -> dict[str, np.nda
     return counts
 
 
-def true_codes(truth: pd.DataFrame, track: str) -> np.ndarray:
+def true_codes(truth: pd.DataFrame, track: str, unmeasured: Collection[str] = ()) -> np.ndarray:
     """(n_frames,) the class of each frame of truth, as `track_codes`; -1 where it does not count.
 
     The lid does not count where the eye is closed.
     """
-    codes = track_codes(truth, track)
+    codes = track_codes(truth, track, unmeasured)
     if track == "lid":
         codes[track_codes(truth, "closure") == 1] = -1
     return codes

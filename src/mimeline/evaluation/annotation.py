@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,9 @@ import pandas as pd
 from sklearn.mixture import GaussianMixture
 
 from mimeline import tables
-from mimeline.annotation.annotate import annotate_frames
+from mimeline.annotation.annotate import annotate_frames, unmeasured_actions
+from mimeline.annotation.proposals import Rules, read_rules
+from mimeline.annotation.queries import classes
 from mimeline.annotation.scores import (
     REGION_TRACKS,
     bootstrap,
@@ -17,7 +20,7 @@ from mimeline.annotation.scores import (
     confusions,
     true_codes,
 )
-from mimeline.annotation.series import sequences
+from mimeline.annotation.series import dead_channels, sequences
 from mimeline.annotation.thresholds import Limits
 from mimeline.vocabulary import NEUTRAL, SERIES_TRACK, series_channels, track_actions
 
@@ -43,8 +46,10 @@ def evaluate_annotation(
 
     Variants: "named" is what annotate wrote; "oracle" gives each cluster the name that most of its
     frames have in truth, the best that these clusters allow; "gmm" does so for a Gaussian mixture
-    on single frames, whose intervals may be as short as they come. truth: folder with
-    frames.parquet, or None: then the table is empty.
+    on single frames, whose intervals may be as short as they come; "thresholds" names each frame
+    alone by the rules that clusters are proposed names by (the paper's other way, section 2).
+    rules: resources/proposals.csv. truth: folder with frames.parquet, or None: then the table is
+    empty.
     """
     if truth is None:
         reason = "no truth is known for these recordings"
@@ -55,7 +60,7 @@ def evaluate_annotation(
     motion = tables.read_all(tables.MOTION, motions)
     motion = motion[motion["clip_id"].isin(kept)].reset_index(drop=True)
 
-    ticc, mixture = {}, {}
+    ticc, mixture, alone = {}, {}, {}
     for region in series:
         assigned = tables.read(tables.CLUSTERS, clusters[region])
         if assigned.empty:
@@ -65,13 +70,18 @@ def evaluate_annotation(
         X = points[list(series_channels(region, side))].to_numpy("float64")
         gmm = GaussianMixture(gmm_components, n_init=3, random_state=seed).fit(X)
         mixture[region] = points[["clip_id", "frame"]].assign(cluster=gmm.predict(X), margin=0.0)
+        alone[region] = by_thresholds(points, read_rules(rules), region, side)
 
+    limits = Limits(**annotate)
     variants = {"named": tables.read_all(tables.FRAMES, frames)}
     for name, assigned in (("oracle", ticc), ("gmm", mixture)):
         names = [oracle(true, rows, region) for region, rows in assigned.items()]
         labels = pd.concat(names) if names else tables.empty(tables.LABELS)
-        limits = Limits(**annotate if name == "oracle" else annotate | {"min_frames": 1})
-        variants[name] = annotate_frames(motion, assigned, labels, limits)
+        shortest = limits if name == "oracle" else replace(limits, min_frames=1)
+        variants[name] = annotate_frames(motion, assigned, labels, shortest)
+    singly = {region: clusters for region, (clusters, _) in alone.items()}
+    labels = pd.concat([labels for _, labels in alone.values()] or [tables.empty(tables.LABELS)])
+    variants["thresholds"] = annotate_frames(motion, singly, labels, limits)
 
     rng = np.random.default_rng(seed)
     rows = []
@@ -97,7 +107,8 @@ def oracle(truth: pd.DataFrame, clusters: pd.DataFrame, region: str) -> pd.DataF
     both = clusters.merge(truth, on=["clip_id", "frame"])
     names = np.array([NEUTRAL, *track_actions(track)], dtype=object)
     ids = both["cluster"].to_numpy("int64")
-    votes = cluster_votes(ids, true_codes(both, track), clusters["cluster"].max() + 1, track)
+    codes = true_codes(both, track, unmeasured_actions(truth, track))
+    votes = cluster_votes(ids, codes, clusters["cluster"].max() + 1, track)
     return pd.DataFrame(
         {
             "region": region,
@@ -105,3 +116,22 @@ def oracle(truth: pd.DataFrame, clusters: pd.DataFrame, region: str) -> pd.DataF
             "action": names[votes.argmax(axis=1)],
         }
     )
+
+
+def by_thresholds(
+    frames: pd.DataFrame, rules: Rules, region: str, side: str
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Single frames named by the rules, as a `clusters` table of classes and the `labels` of these.
+
+    frames: clip_id, frame and the region's channels. What the rules call nothing is Neutral.
+    """
+    measured = list(series_channels(region, side))
+    dead = dead_channels(frames[measured])
+    channels = [name for name in measured if name not in dead]
+    X = frames[channels].to_numpy("float64")
+    found = rules.classify(region, channels, X, rules.rest(X))  # (n_frames,)
+    names = classes(region)
+    code = np.maximum(pd.Categorical(found, names).codes, 0).astype("int64")
+    labels = pd.DataFrame({"region": region, "cluster": range(len(names)), "action": names})
+    labels["unmeasured"] = [rules.unmeasured(region, channels)] * len(names)
+    return frames[["clip_id", "frame"]].assign(cluster=code, margin=0.0), labels

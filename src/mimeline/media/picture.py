@@ -6,12 +6,13 @@ import cv2
 import numpy as np
 
 QUALITY = {  # of the lossy kind
+    "jpeg": [cv2.IMWRITE_JPEG_QUALITY, 85],
     "png": [],
     "webp": [cv2.IMWRITE_WEBP_QUALITY, 85],
 }
 
 
-def encode(picture: np.ndarray, kind: Literal["png", "webp"]) -> bytes:
+def encode(picture: np.ndarray, kind: Literal["jpeg", "png", "webp"]) -> bytes:
     """picture: (H, W, 3) uint8 RGB. Returns the file's content. Raises ValueError otherwise."""
     if picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 3:
         raise ValueError(f"a picture is (H, W, 3) uint8, not {picture.shape} {picture.dtype}")

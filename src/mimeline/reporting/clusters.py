@@ -1,7 +1,7 @@
 """The clusters of each region: their names, and a few of their intervals as pictures and curves."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -9,11 +9,11 @@ import pandas as pd
 
 from mimeline import tables
 from mimeline.annotation.series import dead_channels, sequences
+from mimeline.reporting import words
 from mimeline.reporting.album import Album, Shot
 from mimeline.reporting.drawing import Scale, curve, second_ticks
 from mimeline.vocabulary import ACTIONS, NEUTRAL, series_channels
 
-KINDS = ("medoid", "longest", "border", "random")  # the order in which they are shown
 WIDTH, HEIGHT = 176, 74  # of the curves
 GAP, LEADERS = 3, 9  # between the pictures above; height of the lines up to them
 CONTEXT_FRAMES, CONTEXT_SHARE = 12, 0.3  # shown before and after an interval
@@ -41,11 +41,16 @@ class Exemplar:
 
 @dataclass(frozen=True)
 class Cluster:
+    """action: None where its frames have none. source: proposed, moved or human; origin: that in
+    words, or why there is no name. facts: lines about its size, purity and the closest cluster."""
+
     number: int
-    action: str
+    action: str | None
     share: float
     source: str
+    origin: str
     note: str
+    facts: list[str]
     exemplars: list[Exemplar]
 
 
@@ -53,7 +58,9 @@ class Cluster:
 class Region:
     """reason: why there is no cluster. top: the largest value of the pictures' scale.
 
-    left_out: the channels that hardly move, which the clusters were fitted without.
+    left_out: the channels that hardly move, which the clusters were fitted without; unmeasured: the
+    actions that no other channel tells. kept: the share of frames that kept their name, of those
+    whose names were moved from another fit; None where none was.
     """
 
     name: str
@@ -62,6 +69,12 @@ class Region:
     clusters: list[Cluster]
     top: float
     reason: str
+    unmeasured: list[str] = field(default_factory=list)
+    kept: float | None = None
+
+    @property
+    def unnamed(self) -> list[Cluster]:
+        return [cluster for cluster in self.clusters if cluster.action is None]
 
 
 def regions(
@@ -69,6 +82,7 @@ def regions(
     clusters: Mapping[str, str | Path],
     labels: str | Path,
     exemplars: str | Path,
+    profiles: str | Path,
     fps: Mapping[str, float],
     side: str,
     wanted: int,
@@ -81,6 +95,7 @@ def regions(
     """
     names = tables.read(tables.LABELS, labels)
     shown = tables.read(tables.EXEMPLARS, exemplars)
+    known = tables.read(tables.PROFILES, profiles)
     return [
         _region(
             region,
@@ -88,6 +103,7 @@ def regions(
             clusters[region],
             names[names["region"] == region],
             shown[shown["region"] == region],
+            known[known["region"] == region].set_index("cluster"),
             fps,
             side,
             wanted,
@@ -104,6 +120,7 @@ def _region(
     clusters: str | Path,
     names: pd.DataFrame,
     shown: pd.DataFrame,
+    profiles: pd.DataFrame,
     fps: Mapping[str, float],
     side: str,
     wanted: int,
@@ -114,39 +131,82 @@ def _region(
     if names.empty:
         reason = tables.reason(clusters) or tables.reason(series) or why or "no cluster was found"
         return Region(region, channels, [], [], 1.0, reason)
-    needed = set(shown["clip_id"])
+    shown = shown.sort_values("rank").groupby("cluster").head(wanted)
     rows, _ = sequences(tables.read(tables.SERIES[region, side], series))
     left_out = dead_channels(rows[list(channels)])
-    rows = rows[rows["clip_id"].isin(needed)]
+    rows = rows[rows["clip_id"].isin(shown["clip_id"])]
     top = _top(rows[list(channels)].to_numpy("float64"))
     by_clip = dict(iter(rows.groupby("clip_id")))
+    rate = float(np.median(list(fps.values()))) if fps else None
+    called = dict(zip(names["cluster"], names["action"].map(_called), strict=True))
     found = []
     for name in _ordered(names).itertuples():
-        own = shown[shown["cluster"] == name.cluster]
         drawn = [
             _exemplar(row, by_clip[row.clip_id], channels, fps.get(row.clip_id), top, album)
-            for row in _distinct(own).head(wanted).itertuples()
+            for row in shown[shown["cluster"] == name.cluster].itertuples()
             if row.clip_id in by_clip
         ]
+        facts = [f"{words.percent(name.share)} of frames"]
+        if name.cluster in profiles.index:
+            facts += _facts(profiles.loc[name.cluster], called, rate)
+        action = None if pd.isna(name.action) else name.action
         note = "" if pd.isna(name.note) else name.note
-        source = "named by a person" if name.source == "human" else "proposed by the rule"
-        found.append(Cluster(name.cluster, name.action, name.share, source, note, drawn))
-    return Region(region, channels, left_out, found, top, "")
+        origin = _origin(name)
+        found.append(
+            Cluster(name.cluster, action, name.share, name.source, origin, note, facts, drawn)
+        )
+    unmeasured = list(dict.fromkeys(action for own in names["unmeasured"] for action in own))
+    return Region(region, channels, left_out, found, top, "", unmeasured, _kept(names))
 
 
 def _ordered(names: pd.DataFrame) -> pd.DataFrame:
-    """By action, Neutral last; the more frequent cluster first."""
-    place = names["action"].map([*ACTIONS, NEUTRAL].index)
+    """By action, Neutral and what has no name last; the more frequent cluster first."""
+    place = names["action"].map({action: i for i, action in enumerate([*ACTIONS, NEUTRAL])})
     return names.assign(place=place).sort_values(["place", "share"], ascending=[True, False])
 
 
-def _distinct(exemplars: pd.DataFrame) -> pd.DataFrame:
-    """An interval that was chosen for several reasons appears once, with all of them as kind."""
-    place = exemplars["kind"].map(KINDS.index)
-    ordered = exemplars.assign(place=place).sort_values("place", kind="stable")
-    keys = ["clip_id", "start_frame", "end_frame"]
-    kinds = ordered.groupby(keys)["kind"].agg(lambda kinds: ", ".join(dict.fromkeys(kinds)))
-    return ordered.drop_duplicates(keys).drop(columns="kind").join(kinds, on=keys)
+def _called(action: str | None) -> str:
+    return "no name" if pd.isna(action) else words.spaced(action)
+
+
+def _origin(name) -> str:
+    """Where a cluster's name is from, or why it has none; name: a row of `labels`."""
+    if pd.isna(name.action):
+        return "not sure" if pd.isna(name.why) else name.why
+    sure = "" if pd.isna(name.confidence) else words.percent(name.confidence)
+    if name.source == "moved":
+        return "moved from the fit before" + (f", {sure} of its frames bore it" if sure else "")
+    if name.source == "proposed":
+        return "proposed by the rule" + (f", confidence {sure}" if sure else "")
+    return "named by a person"
+
+
+def _facts(profile: pd.Series, called: Mapping[int, str], rate: float | None) -> list[str]:
+    """profile: a row of `profiles`. called: what each cluster is called; rate: frames a second."""
+    typical = profile["median_frames"]
+    length = f"{typical / rate:.1f} s" if rate else f"{typical:g} frames"
+    intervals = f"{words.count(profile['n_intervals'])} interval"
+    intervals += "" if profile["n_intervals"] == 1 else "s"
+    facts = [f"{intervals} in {words.clips(profile['n_clips'])}, typically {length}"]
+    if pd.notna(profile["purity"]):
+        pure = (
+            "nearly all" if profile["purity"] >= 0.995 else f"about {100 * profile['purity']:.0f} %"
+        )
+        facts.append(f"{pure} of it looks alike")
+    if pd.notna(profile["nearest"]):
+        nearest = int(profile["nearest"])
+        facts.append(f"closest: {nearest} {called.get(nearest, 'no name')}")
+        if pd.notna(profile["distance"]):
+            facts[-1] += f", {profile['distance']:.1f} nats away"
+    return facts
+
+
+def _kept(names: pd.DataFrame) -> float | None:
+    """The share of frames that kept their name, over the clusters whose names were moved."""
+    moved = names[(names["source"] == "moved") & names["confidence"].notna()]
+    if not moved["share"].sum():
+        return None
+    return float(np.average(moved["confidence"], weights=moved["share"]))
 
 
 def _top(values: np.ndarray) -> float:

@@ -1,6 +1,7 @@
 """The report: one page, complete in itself, that a run ends with."""
 
 import logging
+import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ from mimeline.reporting.confusion import matrices
 from mimeline.reporting.evidence import evidence
 from mimeline.reporting.funnel import STATUSES, funnel
 from mimeline.reporting.generated import pictures
+from mimeline.reporting.labelling import labelling as spent
 from mimeline.reporting.page import write_page
 from mimeline.reporting.pairs import pairs
 from mimeline.reporting.scores import scores
@@ -73,12 +75,13 @@ def report(
     """Write the page of a run: self-contained HTML, of which nothing in the tables becomes markup.
 
     ledgers, catalogue (all clips), fetched (clips with their videos), clips (kept), motions,
-    intervals, frames: a table per shard. series, clusters: tables by region. checkpoints, metrics,
-    generated: one per model. truth: a folder with frames.parquet and perhaps faults.csv, or None.
-    face: what motion is drawn on, None for the embedded face. annotate: the limits of the
-    annotation. side: the side of the face that was clustered. data, sources: the folder of sources
-    and `stills`' options, how they are found there. balance: how far rare attributes are weighted
-    up. options: title, clips (timelines drawn), exemplars (per cluster).
+    intervals, frames: a table per shard. series, clusters: tables by region. labelling: the metrics
+    of labels spent. checkpoints, metrics, generated: one per model. truth: a folder with
+    frames.parquet and perhaps faults.csv, or None. face: what motion is drawn on, None for the
+    embedded face. annotate: the limits of the annotation. side: the side of the face that was
+    clustered. data, sources: the folder of sources and `stills`' options, how they are found there.
+    balance: how far rare attributes are weighted up. options: title, clips (timelines drawn),
+    exemplars (per cluster).
     A table that is empty shows its reason; a video or face that cannot be read is said and stood in
     for. Raises BadFile where the ledgers do not add up.
     """
@@ -96,7 +99,8 @@ def report(
     filmed = dict(zip(videos["clip_id"], videos["media"], strict=True))
     never_cut = {loss.clip_id for loss in way.losses} - filmed.keys()
     album = Album(filmed, motions, actor, stills(catalogue, data, never_cut, **sources))
-    found = regions(series, clusters, labels, exemplars, fps, side, options["exemplars"], album)
+    wanted = options["exemplars"]
+    found = regions(series, clusters, labels, exemplars, profiles, fps, side, wanted, album)
     drawn = timelines(kept, intervals, marked, true, options["clips"], part_of, album)
     lengths = dict(zip(videos["clip_id"], videos["n_frames"], strict=True))
     why = evidence(way.losses, motions, lengths, album)
@@ -134,6 +138,7 @@ def report(
         "tracks": {track: track_actions(track) for track in TRACKS},
         "actions": list(ACTIONS),
         "scores": scored,
+        "labelling": spent(labelling),
         "matrices": matrices(marked, true),
         "models": list(zip(trained, asked, strict=True)),
         "variant_words": VARIANT_WORDS,
@@ -152,6 +157,7 @@ def report(
             weights=weights,
             duplicates=duplicates,
         ),
+        "label_command": f"mimeline label --results {shlex.quote(str(Path(labels).parents[1]))}",
         "track_names": words.TRACK_NAMES,
     }
     size = write_page(page, "page.html.j2", options["title"], facts)

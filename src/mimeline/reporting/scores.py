@@ -6,18 +6,21 @@ from pathlib import Path
 import pandas as pd
 
 from mimeline import tables
+from mimeline.annotation.annotate import unmeasured_actions
 from mimeline.reporting import words
 from mimeline.reporting.dots import DotChart, dot_chart
-from mimeline.vocabulary import ACTIONS, CONTROL_REGIONS, region_actions
+from mimeline.vocabulary import ACTIONS, CONTROL_REGIONS, TRACKS, region_actions
 
 VARIANTS = {
     "named": "the timelines as written",
     "oracle": "the same clusters with the best possible names",
+    "thresholds": "alone, without clusters: the proposals’ rule on single frames",
     "gmm": "a Gaussian mixture on single frames, with the best possible names",
 }
 REGIONS = {"brow": "brow", "eye": "eye (lid)", "mouth": "mouth"}
 LIMITS = {"closure": "closure", "gaze": "gaze", "head": "head"}  # the same in every variant
 PREFIX = "f1_"
+MOSTLY = 0.995  # share of the frames that is as good as all of them
 
 
 @dataclass(frozen=True)
@@ -80,8 +83,14 @@ def _entries(rows: pd.DataFrame, variants: list[str]) -> list[Entry]:
         own = [by_key.get((PREFIX + key, variant)) for variant in variants]
         if any(own):
             cells = [_cell(row) for row in own]
-            entries.append(Entry(name, cells, words.count(max(row.n for row in own if row))))
+            entries.append(Entry(name, cells, _judgements([row.n for row in own if row])))
     return entries
+
+
+def _judgements(counts: list[int]) -> str:
+    """counts: of each variant, the timelines as written first, which may not know every frame."""
+    known, most = counts[0], max(counts)
+    return words.count(known) + (f" of {words.count(most)}" if known < MOSTLY * most else "")
 
 
 def _cell(row) -> tuple[str, str]:
@@ -106,8 +115,8 @@ def _shares(
         shares[region] = []
         for action in region_actions(region):
             share, true = found.get(action), known.get(action)
-            share = None if pd.isna(share) else float(share)
-            true = None if true is None or pd.isna(true) else float(true)
+            share = None if share is None else float(share)
+            true = None if true is None else float(true)
             text = "not measured" if share is None else words.percent(share)
             shares[region].append(Share(action, share, true, text))
     largest = max([s.share or 0 for own in shares.values() for s in own])
@@ -116,4 +125,6 @@ def _shares(
 
 
 def _means(frames: pd.DataFrame) -> pd.Series:
-    return frames[list(ACTIONS)].astype("Float64").mean().astype("float64")
+    """Each action's share of the frames of which it is known; NaN where it is not measured."""
+    shares = frames[list(ACTIONS)].astype("Float64").mean().astype("float64")
+    return shares.drop([name for track in TRACKS for name in unmeasured_actions(frames, track)])

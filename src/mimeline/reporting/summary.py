@@ -61,12 +61,9 @@ def lead(way: Funnel, parts: pd.DataFrame, regions: Sequence[Region], truth: boo
     sentences = [text]
     clusters = [f"{len(r.clusters)} for the {r.name}" for r in regions if r.clusters]
     if clusters:
-        by_hand = sum(c.source == "named by a person" for r in regions for c in r.clusters)
         total = sum(len(r.clusters) for r in regions)
-        named = f"a person named {by_hand} of them" if by_hand else "a rule proposed every name"
-        sentences.append(
-            f"The motion falls into {total} clusters ({words.listing(clusters)}); {named}."
-        )
+        told = f"The motion falls into {total} clusters ({words.listing(clusters)})"
+        sentences.append(f"{told}; {_named(regions)}.")
     sizes = parts["part"].value_counts()
     if len(sizes):
         told = [
@@ -78,6 +75,23 @@ def lead(way: Funnel, parts: pd.DataFrame, regions: Sequence[Region], truth: boo
     if truth:
         sentences.append("The truth is known here, so the scores are measured against it.")
     return sentences
+
+
+def _named(regions: Sequence[Region]) -> str:
+    """Who named the clusters, and how many have no name."""
+    found = [cluster for region in regions for cluster in region.clusters]
+    named = [cluster.source for cluster in found if cluster.action is not None]
+    if named.count("proposed") == len(found):
+        return "a rule proposed every name"
+    ways = {
+        "human": "a person named {}",
+        "moved": "{} kept the name of the fit before",
+        "proposed": "a rule proposed the names of {}",
+    }
+    told = [text.format(n) for way, text in ways.items() if (n := named.count(way))]
+    unnamed = len(found) - len(named)
+    told += [f"{unnamed} {'has' if unnamed == 1 else 'have'} no name"] if unnamed else []
+    return words.listing(told)
 
 
 def missing(
@@ -97,6 +111,12 @@ def missing(
     if measured.dead:
         told.append(("channels", _some(measured.dead, "hardly moves", "hardly move")))
     told += [("clusters", f"no {r.name} clusters: {r.reason}") for r in regions if r.reason]
+    told += [("clusters", _unnamed(r)) for r in regions if r.unnamed]
+    told += [
+        ("clusters", f"{words.listing([words.spaced(a) for a in r.unmeasured])}: not measured")
+        for r in regions
+        if r.unmeasured
+    ]
     if drawn.unmeasured:
         names = words.listing([words.TRACK_NAMES[t] for t in drawn.unmeasured])
         told.append(("timelines", f"not measured on the timelines: {names}"))
@@ -122,6 +142,16 @@ def missing(
     if album.stand_in.reason:
         told.append(("clusters", f"the embedded face stands in: {album.stand_in.reason}"))
     return told
+
+
+def _unnamed(region: Region) -> str:
+    unnamed = region.unnamed
+    share = words.percent(sum(cluster.share for cluster in unnamed))
+    have = "has" if len(unnamed) == 1 else "have"
+    return (
+        f"{len(unnamed)} of the {len(region.clusters)} {region.name} clusters {have} no name: "
+        f"what {share} of the frames show is not known, and no score counts them"
+    )
 
 
 def _some(names: Sequence[str], one: str, many: str) -> str:

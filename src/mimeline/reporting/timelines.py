@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from mimeline import tables
+from mimeline.annotation.annotate import track_codes, unmeasured_actions
 from mimeline.annotation.runs import run_starts
 from mimeline.reporting import words
 from mimeline.reporting.album import Album, Shot
@@ -20,7 +21,8 @@ ROW, BAR, TRUTH, TOP = 25, 13, 4, 4
 LONGEST_S = 12.0  # of a longer clip, the part richest in actions is drawn
 LETTER = 5.9  # width of a letter of a label
 PARTS = {"train": "training", "val": "validation", "test": "test", "no": "in no"}
-GAP = "?"  # a stretch that was not measured
+GAP = "?"  # a stretch that is not known
+UNKNOWN = "not measured, or its cluster has no name"
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,10 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Row:
-    """A track: measured "all", "part" or "none" of the frames."""
+    """A track: measured "all", "part" or "none" of the frames.
+
+    absent: those of its actions, in words, that were not measured though others were.
+    """
 
     name: str
     y: float
@@ -44,6 +49,7 @@ class Row:
     stretches: list[Stretch]
     truth: list[Stretch]
     gaps: list[Stretch]
+    absent: str
 
 
 @dataclass(frozen=True)
@@ -62,13 +68,16 @@ class Picture:
 
 @dataclass(frozen=True)
 class Timelines:
+    """unmeasured: tracks; absent: actions that were not measured of tracks that were."""
+
     pictures: list[Picture]
     reason: str
     unmeasured: list[str]
+    absent: list[str]
 
     @property
     def gaps(self) -> bool:
-        """Whether a track that is drawn was measured in part."""
+        """Whether a track that is drawn is not known throughout."""
         return any(row.measured == "part" for picture in self.pictures for row in picture.rows)
 
 
@@ -89,17 +98,21 @@ def timelines(
     found = tables.read_all(tables.INTERVALS, intervals)
     if frames.empty:
         why = next((r for path in intervals if (r := tables.reason(path))), "no clip came through")
-        return Timelines([], why, [])
+        return Timelines([], why, [], [])
+    absent = {track: unmeasured_actions(frames, track) for track in TRACKS}
     unmeasured = [t for t in TRACKS if frames[list(track_actions(t))].isna().all(axis=None)]
     chosen = choose(found, sorted(frames["clip_id"].unique()), wanted, set(album.media))
     by_id = clips.set_index("clip_id")
     spans = {clip: _span(clip, by_id, frames, found) for clip in chosen}
     longest = max((span[2] - span[1]) / span[0] for span in spans.values())
     pictures = [
-        _picture(clip, spans[clip], longest, found, frames, truth, parts.get(clip, "no"), album)
+        _picture(
+            clip, spans[clip], longest, found, frames, truth, absent, parts.get(clip, "no"), album
+        )
         for clip in chosen
     ]
-    return Timelines(pictures, "", unmeasured)
+    told = [name for track in TRACKS if track not in unmeasured for name in absent[track]]
+    return Timelines(pictures, "", unmeasured, told)
 
 
 def choose(
@@ -158,6 +171,7 @@ def _picture(
     intervals: pd.DataFrame,
     frames: pd.DataFrame,
     truth: pd.DataFrame | None,
+    absent: Mapping[str, list[str]],
     part: str,
     album: Album,
 ) -> Picture:
@@ -168,17 +182,19 @@ def _picture(
     true = truth[truth["clip_id"] == clip] if truth is not None else frames[:0]
     rows = []
     for place, track in enumerate(TRACKS):
-        missing = marks[list(track_actions(track))].isna().any(axis=1)
-        measured = "none" if missing.all() else "part" if missing.any() else "all"
+        known = track_codes(marks, track, absent[track]) >= 0
+        silent = marks[list(track_actions(track))].isna().all(axis=None)
+        measured = "none" if silent else "all" if known.all() else "part"
         drawn = [
             _stretch(row.action, row.start_frame, row.end_frame, span, x, _facts(row))
             for row in own[own["track"] == track].itertuples()
             if row.start_frame < end and row.end_frame > start
         ]
-        known = within(stretches(true, track), span, x, "truth")
-        gaps = within(stretches(marks, track, gaps=True), span, x, "not measured")
+        shown = within(stretches(true, track), span, x, "truth")
+        gaps = within(stretches(marks, track, absent[track], gaps=True), span, x, UNKNOWN)
         name = words.TRACK_NAMES[track]
-        rows.append(Row(name, TOP + place * ROW, measured, drawn, known, gaps))
+        without = "" if silent else words.listing([words.short(a) for a in absent[track]])
+        rows.append(Row(name, TOP + place * ROW, measured, drawn, shown, gaps, without))
     seconds = (end - start) / fps
     whole = int(marks["frame"].max()) + 1
     about = f"{seconds:.1f} s at {fps:g} frames per second"
@@ -217,23 +233,23 @@ def _stretch(
     label = words.short(action) if action in ACTIONS else ""
     fits = b - a > len(label) * LETTER + 8
     long = f"frames {first}–{stop - 1}, {(stop - first) / fps:.2f} s"
-    name = words.spaced(action) if action in ACTIONS else "not measured"
+    name = words.spaced(action) if action in ACTIONS else UNKNOWN
     title = f"{name}: {long}" + (f"; {facts}" if facts != name else "")
     return Stretch(action, a, round(max(b - a, 1.0), 1), label if fits else "", title)
 
 
-def stretches(frames: pd.DataFrame, track: str, gaps: bool = False) -> list[tuple[str, int, int]]:
+def stretches(
+    frames: pd.DataFrame, track: str, unmeasured: Collection[str] = (), gaps: bool = False
+) -> list[tuple[str, int, int]]:
     """(action, first frame, end frame) of each run of an action on a track.
 
-    frames: the `frames` table of a clip, sorted. gaps: the runs that were not measured, instead.
+    frames: the `frames` table of a clip, sorted. gaps: the runs that are not known, instead, but
+    for what is unmeasured throughout.
     """
     if frames.empty:
         return []
     names = np.array(["", *track_actions(track), GAP], dtype=object)
-    marks = frames[list(track_actions(track))].to_numpy("float64", na_value=np.nan)  # (n, actions)
-    unknown = np.isnan(marks).any(axis=1)
-    code = np.where((marks == 1).any(axis=1), (marks == 1).argmax(axis=1) + 1, 0)
-    code[unknown] = len(names) - 1
+    code = track_codes(frames, track, unmeasured)  # -1 is the last name, that of a gap
     rows = run_starts(frames, code)
     lengths = np.diff([*rows, len(frames)])
     first = frames["frame"].to_numpy("int64")[rows]

@@ -35,7 +35,7 @@ class ClipsOfRun:
         clips = pd.concat([part for part in parts if len(part)] or parts[:1])
         clips = clips.drop_duplicates("clip_id", keep="last").sort_values("clip_id")
         self.clips = clips.set_index("clip_id", drop=False)
-        self.media = {kind: self._files(column) for kind, column in KINDS.items()}
+        self.media = {kind: files_of(self.results, kind) for kind in KINDS}
         self._ledger = self._decisions()
         self._rows_of = self._ledger.groupby("clip_id").indices
 
@@ -76,18 +76,6 @@ class ClipsOfRun:
         paths = sorted(self.results.glob(f"{stage}/*/clips.parquet"))
         return tables.read_all(tables.CLIPS, paths)
 
-    def _files(self, column: str) -> dict[str, Path]:
-        """Clip → its file, of those that are there, wherever the results were moved to since."""
-        found = {}
-        for table in self.results.glob("fetch/*/clips.parquet"):
-            folder = table.with_name("media")
-            there = {p.name: p for p in folder.iterdir()} if folder.is_dir() else {}
-            named = tables.read(tables.CLIPS, table, ["clip_id", column]).dropna()
-            for clip_id, path in zip(named["clip_id"], named[column], strict=True):
-                if (name := Path(path).name) in there:
-                    found[clip_id] = there[name]
-        return found
-
     def _decisions(self) -> pd.DataFrame:
         """The ledgers' rows on the clips, in the order of stages; none after the one that lost it.
 
@@ -104,6 +92,19 @@ class ClipsOfRun:
             yield row
             if row.status != "kept":
                 return
+
+
+def files_of(results: Path, kind: str) -> dict[str, Path]:
+    """Clip → its film or sound, of those that are there, wherever the results were moved since."""
+    found = {}
+    for table in results.glob("fetch/*/clips.parquet"):
+        folder = table.with_name("media")
+        there = {p.name: p for p in folder.iterdir()} if folder.is_dir() else {}
+        named = tables.read(tables.CLIPS, table, ["clip_id", KINDS[kind]]).dropna()
+        for clip_id, path in named.itertuples(index=False):
+            if (name := Path(path).name) in there:
+                found[clip_id] = there[name]
+    return found
 
 
 def _pairs(lost: pd.DataFrame) -> Iterable[tuple]:

@@ -1,6 +1,5 @@
 """What people decided on clips: the list of those left out, and which were looked at."""
 
-import hashlib
 import threading
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,6 +7,7 @@ from pathlib import Path
 from mimeline.atomic import whole
 from mimeline.clips.exclusions import COLUMNS, read_exclusions, write_exclusions
 from mimeline.errors import BadFile, unreadable
+from mimeline.studio.watched import Stamp, is_tidy, revision, stamp, unwritten
 
 MOST_CHARACTERS = 200  # of a reason
 
@@ -33,15 +33,14 @@ class Decisions:
         self.looked_at = self.exclusions.with_name(f"{self.exclusions.stem}.seen.txt")
         self.reasons: dict[str, str] = {}
         self.seen: set[str] = set()
-        self._stamps: dict[Path, tuple | None] = {}
+        self._stamps: dict[Path, Stamp] = {}
         self._lock = threading.Lock()
         self.refresh()
 
     @property
     def revision(self) -> str:
         """Another text whenever a file is another."""
-        stamps = repr([self._stamps.get(path) for path in (self.exclusions, self.looked_at)])
-        return hashlib.sha256(stamps.encode()).hexdigest()[:16]
+        return revision(self._stamps.get(path) for path in (self.exclusions, self.looked_at))
 
     def of(self, clip_id: str) -> Decision:
         return Decision(clip_id in self.seen, self.reasons.get(clip_id))
@@ -72,10 +71,10 @@ class Decisions:
             (self.exclusions, self._read_reasons),
             (self.looked_at, self._read_seen),
         ):
-            stamp = _stamp(path)
-            if path not in self._stamps or stamp != self._stamps[path]:
-                read(absent=stamp is None)
-                self._stamps[path] = stamp
+            now = stamp(path)
+            if path not in self._stamps or now != self._stamps[path]:
+                read(absent=now is None)
+                self._stamps[path] = now
 
     def _read_reasons(self, absent: bool) -> None:
         if not absent:
@@ -99,8 +98,8 @@ class Decisions:
         try:
             write_exclusions(self.exclusions, reasons)
         except OSError as error:
-            raise _unwritten(self.exclusions, error) from error
-        self.reasons, self._stamps[self.exclusions] = reasons, _stamp(self.exclusions)
+            raise unwritten(self.exclusions, error) from error
+        self.reasons, self._stamps[self.exclusions] = reasons, stamp(self.exclusions)
 
     def _write_seen(self, clip_id: str, seen: bool) -> None:
         ids = self.seen | {clip_id} if seen else self.seen - {clip_id}
@@ -108,27 +107,13 @@ class Decisions:
             with whole(self.looked_at) as temporary:
                 temporary.write_text("".join(f"{name}\n" for name in sorted(ids)), encoding="utf-8")
         except OSError as error:
-            raise _unwritten(self.looked_at, error) from error
-        self.seen, self._stamps[self.looked_at] = ids, _stamp(self.looked_at)
+            raise unwritten(self.looked_at, error) from error
+        self.seen, self._stamps[self.looked_at] = ids, stamp(self.looked_at)
 
 
 def fits(reason: str) -> bool:
-    """Whether a reason is one tidy line that a table program takes for text.
-
-    A cell that begins with `=`, `+`, `-` or `@` would be a formula.
-    """
-    tidy = " ".join(reason.split()) == reason and reason.isprintable()
-    return tidy and 0 < len(reason) <= MOST_CHARACTERS and reason[0] not in "=+-@"
-
-
-def _stamp(path: Path) -> tuple | None:
-    try:
-        status = path.stat()
-    except FileNotFoundError:
-        return None
-    except OSError as error:
-        raise unreadable(path, error, expected="a file", remedy="Give another place.") from error
-    return status.st_ino, status.st_size, status.st_mtime_ns
+    """Whether a reason may stand in the list."""
+    return is_tidy(reason, MOST_CHARACTERS)
 
 
 def _refuse_other_columns(path: Path) -> None:
@@ -143,12 +128,3 @@ def _refuse_other_columns(path: Path) -> None:
             remedy="Keep a copy of the other columns and take them out, or give --exclusions "
             "another file.",
         )
-
-
-def _unwritten(path: Path, error: OSError) -> BadFile:
-    return BadFile(
-        path,
-        found=str(error),
-        expected="a place to write to",
-        remedy="Make room or allow writing there; what you decide is written as soon as it works.",
-    )

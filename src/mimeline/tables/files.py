@@ -1,12 +1,13 @@
 """Tables as Parquet files: cast and checked on write and on read, whole or not there at all."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pandera.pandas as pandera
 import pyarrow as pa
+import pyarrow.compute as pc
 import pyarrow.parquet as pq
 
 from mimeline.atomic import whole
@@ -58,10 +59,21 @@ def write(table: Table, rows: pd.DataFrame, path: str | Path, reason: str = "") 
         pq.write_table(arrow, temporary, compression="zstd")
 
 
-def read(table: Table, path: str | Path, columns: Sequence[str] | None = None) -> pd.DataFrame:
-    """Read and check a table; columns picks some of them (their values are then not checked)."""
+def read(
+    table: Table,
+    path: str | Path,
+    columns: Sequence[str] | None = None,
+    clips: Collection[str] | None = None,
+) -> pd.DataFrame:
+    """Read and check a table; columns picks some of them (their values are then not checked).
+
+    clips: only rows of these.
+    """
+    wanted = None if clips is None else pc.field("clip_id").isin(pa.array(clips, pa.string()))
     try:
-        arrow = pq.read_table(path, columns=None if columns is None else list(columns))
+        arrow = pq.read_table(
+            path, columns=None if columns is None else list(columns), filters=wanted
+        )
     except FileNotFoundError as error:
         raise BadFile(
             path,

@@ -188,6 +188,26 @@ class TICC(ClusterMixin, BaseEstimator):
         """The margins (T,) of `decode`."""
         return self.decode(X, lengths)[1]
 
+    def mean_costs(self, X, labels, lengths=None) -> np.ndarray:
+        """(K, K) nats per frame: what the frames of each cluster cost on average in every cluster.
+
+        labels (T,): whose rows the frames of X (T, n) count for; a row of none is NaN. Costs are
+        those that labels are chosen by, without switches.
+        """
+        frames = self._check_fitted(X, lengths)
+        windows, real = self._view(frames, self._separates(frames))
+        gaussians = self._clusters_of(self)
+        costs = Costs(gaussians, windows, self.sparsity if self.cost == "penalised" else 0.0)
+        own = np.full(windows.n_frames, -1)
+        own[real] = labels
+        totals = np.zeros((len(gaussians), len(gaussians)))
+        with threadpool_limits(1):
+            for begin, end in windows.blocks():
+                given = own[begin:end] == np.arange(len(gaussians))[:, None]  # (K, B)
+                totals += given.astype(np.float64) @ costs.of(begin, end)
+        counts = np.bincount(labels, minlength=len(gaussians))[:, None]
+        return np.divide(totals, counts, out=np.full_like(totals, np.nan), where=counts > 0)
+
     def score(self, X, lengths=None) -> float:
         """Mean log-likelihood, nats, of each frame's window in its cluster; higher is better."""
         frames = self._check_fitted(X, lengths)

@@ -12,7 +12,7 @@ export function onKeys(actions, repeating) {
     }
     if (on.matches("button, input") && (event.key === " " || event.key === "Enter")) return;
     if (on.matches("[type=range]") && event.key.startsWith("Arrow")) return;
-    const digit = /^(Digit|Numpad)([1-9])$/.exec(event.code)?.[2]; // where digits need Shift, too
+    const digit = /^(Digit|Numpad)([0-9])$/.exec(event.code)?.[2]; // where digits need Shift, too
     const action = actions[event.key] ?? actions[event.key.toLowerCase()] ?? actions[digit];
     if (!action || (event.repeat && !repeating.includes(event.key))) return;
     event.preventDefault();

@@ -1,13 +1,16 @@
-// Decisions on their way to the disk: one after the other, kept and tried again while nobody answers.
+// What a person decided, on its way to the disk: one post after the other, kept and tried again
+// while nobody answers.
 
 import { alarm, ask } from "./ground.js";
 
 const AGAIN_MS = 1500;
 
 export class Outbox {
-  /** written(before, revision): the files' revisions. refused(post, holds): the server holds something else, or would not take it (null). */
-  constructor({ written, refused }) {
-    Object.assign(this, { written, refused });
+  /** path: where posts go. noun: what one is called ("decision"). same(a, b): whether two posts are
+   * about the same thing. written(body, post): it is on disk. refused(post, holds, why): the server
+   * holds something else (its answer to a conflict), or would not take it (null, why). */
+  constructor({ path, noun, same, written, refused }) {
+    Object.assign(this, { path, noun, same, written, refused });
     this.posts = [];
     this.busy = false;
     addEventListener("beforeunload", (event) => this.posts.length && event.preventDefault());
@@ -18,28 +21,25 @@ export class Outbox {
     if (!this.busy) this.#send();
   }
 
-  has(clipId) {
-    return this.posts.some((post) => post.clip_id === clipId);
-  }
-
   async #send() {
     this.busy = true;
     while (this.posts.length) {
       const post = this.posts[0];
-      const { status, body } = await ask("/decisions", post);
+      const { status, body } = await ask(this.path, post);
       if (status === 200) {
         alarm("");
         this.posts.shift();
-        this.written(body.before, body.revision);
+        this.written(body, post);
       } else if (status === 409) {
-        this.posts = this.posts.filter((other) => other === post || other.clip_id !== post.clip_id);
+        this.posts = this.posts.filter((other) => other === post || !this.same(other, post));
         this.posts.shift();
-        this.refused(post, { seen: body.seen, reason: body.reason });
+        this.refused(post, body);
       } else if (status === 400 || status === 404) {
         this.posts.shift();
         this.refused(post, null, body);
       } else {
-        const waiting = this.posts.length === 1 ? "1 decision waits" : `${this.posts.length} decisions wait`;
+        const n = this.posts.length;
+        const waiting = n === 1 ? `1 ${this.noun} waits` : `${n} ${this.noun}s wait`;
         alarm(`Not written yet, ${waiting} and will be tried again. ${body}`);
         await new Promise((resolve) => setTimeout(resolve, AGAIN_MS));
       }

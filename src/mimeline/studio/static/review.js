@@ -7,17 +7,17 @@ import { alarm, ask, byId, element, toast } from "./ground.js";
 import { onKeys } from "./keys.js";
 import { List } from "./list.js";
 import { Outbox } from "./outbox.js";
+import { Undo } from "./undo.js";
 
 const AROUND = [1, 2, -1]; // films that are kept ready, seen from the one shown
 const REFRESH_MS = 4000;
 const REMEMBERED = 30; // facts kept at hand
-const STORED = 5000; // steps that can be undone after the page was loaded anew
 const SPEEDS = [1, 2];
 
 const usual = [...document.querySelectorAll("[data-reason]")].map((button) => button.dataset.reason);
 const clips = new Clips();
 const facts = new Map(); // id → promise of what the server tells of a clip
-let undoable = JSON.parse(sessionStorage.getItem("undo") ?? "[]"); // { clip_id, was, now }
+const undoable = new Undo("review"); // steps: { clip_id, was, now }
 let place = -1; // of the clip shown, in the list
 
 const shown = () => list.items[place] ?? null;
@@ -29,7 +29,13 @@ const films = new Films(byId("film"), {
   toggled: (paused) => { byId("paused").hidden = !paused; },
 });
 const list = new List(byId("list"), byId("rows"), { fill: fillRow, chosen: go });
-const outbox = new Outbox({ written: (before, now) => clips.wrote(before, now), refused });
+const outbox = new Outbox({
+  path: "/decisions",
+  noun: "decision",
+  same: (a, b) => a.clip_id === b.clip_id,
+  written: ({ before, revision }) => clips.wrote(before, revision),
+  refused,
+});
 
 // --- which clips -------------------------------------------------------------------------------
 
@@ -150,7 +156,7 @@ function drawDecision() {
     if ("keep" in button.dataset) press(button, kept);
     if ("reason" in button.dataset) press(button, out && button.dataset.reason === clip.reason);
     if ("other" in button.dataset) press(button, out && !usual.includes(clip.reason));
-    if ("undo" in button.dataset) button.disabled = !undoable.length;
+    if ("undo" in button.dataset) button.disabled = !undoable.steps.length;
   }
 }
 
@@ -184,7 +190,6 @@ function decide(reason) {
   const now = { seen: true, reason };
   if (!same(now, clip)) {
     undoable.push({ clip_id: clip.id, was: set(clip, now), now });
-    remember();
   }
   const text = `${clip.id} ${inWords(now)}`;
   toast(text);
@@ -198,7 +203,6 @@ function decide(reason) {
 
 function undo() {
   const step = undoable.pop();
-  remember();
   if (!step) {
     toast("Nothing to undo");
     redraw();
@@ -228,10 +232,6 @@ function reveal(clip) {
   filter(clip.id);
 }
 
-function remember() {
-  sessionStorage.setItem("undo", JSON.stringify(undoable.slice(-STORED)));
-}
-
 function nextUnseen() {
   const n = list.items.length;
   for (let by = 1; by <= n; by += 1) {
@@ -245,8 +245,7 @@ function nextUnseen() {
 function refused(post, holds, why) {
   const clip = clips.byName.get(post.clip_id);
   Object.assign(clip, holds ?? post.was);
-  undoable = undoable.filter((step) => step.clip_id !== post.clip_id);
-  remember();
+  undoable.forget((step) => step.clip_id === post.clip_id);
   if (holds) toast(`${clip.id} was decided on elsewhere meanwhile, ${inWords(holds)}. It stays so.`);
   else alarm(`${clip.id}: ${why}`);
   redraw();

@@ -1,0 +1,72 @@
+// The dialog that asks which cluster the one shown is the same as.
+
+import { byId, element } from "./ground.js";
+import { Loop } from "./player.js";
+
+/** chosen(cluster): called with the one that it is merged into. */
+export function askMerge(answers, exemplars, player, cluster, view, chosen) {
+  const { region } = cluster;
+  const others = region.clusters.filter((other) => other !== cluster && answers.root(other) === other);
+  const action = answers.action(cluster);
+  const rank = (other) => [other.number !== cluster.nearest, !action || answers.action(other) !== action, other.number];
+  others.sort((a, b) => compare(rank(a), rank(b)));
+  byId("merge-title").textContent = `Cluster ${cluster.number} is the same as …`;
+  const playing = [];
+  const pick = (other) => {
+    byId("merge").close();
+    chosen(other);
+  };
+  byId("merge-into").replaceChildren(...others.map((other) => {
+    const canvas = element("canvas");
+    exemplars.of(other).then((all) => {
+      if (!all?.length || !byId("merge").open) return;
+      const part = thumbnail(canvas, all[0], view);
+      playing.push(part);
+      player.parts.add(part);
+    });
+    return candidate(answers, cluster, other, canvas, pick);
+  }));
+  const number = byId("merge-number");
+  number.value = "";
+  number.oninput = () => {
+    const fitting = others.filter((other) => String(other.number).startsWith(number.value.trim()));
+    if (number.value.trim() && fitting.length === 1 && String(fitting[0].number) === number.value.trim()) pick(fitting[0]);
+  };
+  byId("merge-form").onsubmit = (event) => {
+    event.preventDefault();
+    const other = others.find((one) => String(one.number) === number.value.trim());
+    if (other) pick(other);
+  };
+  byId("merge").onclose = () => playing.forEach((part) => player.parts.delete(part));
+  byId("merge").showModal();
+  number.focus();
+}
+
+const compare = (a, b) => a.map((value, at) => Number(value) - Number(b[at])).find((by) => by) ?? 0;
+
+function thumbnail(canvas, exemplar, view) {
+  const loop = new Loop({ from: exemplar.start, to: exemplar.end, fps: exemplar.fps });
+  const sheet = exemplar.pictures(view);
+  sheet?.load();
+  return {
+    advance(seconds) {
+      loop.advance(seconds);
+      sheet?.draw(canvas, loop.frame);
+    },
+    step: (by) => loop.step(by),
+  };
+}
+
+function candidate(answers, cluster, other, canvas, pick) {
+  const action = answers.action(other);
+  const name = other.answer ? answers.words(other.region, other.answer) : action ? `${action.words}, proposed` : "no name yet";
+  const swatch = element("i", "swatch");
+  if (action) swatch.style.setProperty("--of", action.colour);
+  const made = element("button", "candidate", canvas,
+    element("span", "", element("kbd", "", String(other.number)), swatch, name),
+    element("small", "", other.number === cluster.nearest ? "closest" : ""));
+  made.type = "button";
+  made.dataset.into = String(other.number);
+  made.addEventListener("click", () => pick(other));
+  return made;
+}

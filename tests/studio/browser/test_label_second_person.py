@@ -1,0 +1,82 @@
+"""A second person on the label page: blind, and compared with the first."""
+
+from playwright.sync_api import Page, expect
+
+from mimeline.annotation.label_file import Answer
+
+from .label_page import LabelPage
+from .tabs import take_picture
+
+FIRST = {"brow/0": "1", "brow/1": "0", "brow/3": "2", "eye/1": "2"}  # cluster → key
+ANSWERS = {
+    "brow/0": Answer("BrowUp"),
+    "brow/1": Answer("Neutral"),
+    "brow/3": Answer("BrowDown"),
+    "eye/1": Answer("EyeWiden"),
+}
+
+
+def name(label: LabelPage, keys: dict[str, str]) -> None:
+    for cluster, key in keys.items():
+        label.open(cluster)
+        label.press(key)
+    label.writes(cluster, ANSWERS[cluster] if keys[cluster] == FIRST[cluster] else None)
+
+
+def second_person(page: Page, person: str) -> None:
+    page.keyboard.press("p")
+    page.get_by_role("dialog").get_by_role("textbox").fill(person)
+    page.keyboard.press("Enter")
+    expect(page.locator("#who")).to_have_text(f"{person} answers, blind")
+
+
+def test_a_second_person_is_blind_until_they_answered(label):
+    label.open("brow/0")
+    label.press("1")
+    label.writes("brow/0", ANSWERS["brow/0"])
+    second_person(label.page, "bo")
+    expect(label.page.locator("#progress")).to_contain_text("0 of 13 named")
+    clusters = label.page.evaluate(
+        """fetch('/state?person=bo').then((answer) => answer.json()).then(
+            (told) => told.regions.flatMap((region) => region.clusters))"""
+    )
+    assert len(clusters) == 13
+    for told in clusters:
+        hidden = ("proposed", "answer", "agreement", "purity")
+        assert [told[key] for key in hidden] == [None] * len(hidden)
+    label.open("brow/0")
+    expect(label.page.locator("#state")).to_have_text("No name yet")
+    take_picture(label.page, "label_blind")
+    label.press("2")
+    own = label.file.with_name("names.bo.yaml")
+    label.writes("brow/0", Answer("BrowDown"), own)
+    assert label.written() == {"brow/0": ANSWERS["brow/0"]}
+    label.page.reload()
+    expect(label.page.locator("#who")).to_have_text("bo answers, blind")  # it stays theirs
+    expect(label.row("brow/0")).to_contain_text("Brow down")
+
+
+def test_two_persons_are_compared_and_where_they_differ_is_a_click_away(label):
+    name(label, FIRST)
+    second_person(label.page, "bo")
+    own = label.file.with_name("names.bo.yaml")
+    for cluster, key in (FIRST | {"brow/3": "0"}).items():
+        label.open(cluster)
+        label.press(key)
+    label.writes("eye/1", ANSWERS["eye/1"], own)
+    label.press("p")
+    agreement = label.page.locator("#agreement")
+    expect(agreement).to_contain_text("The first person and bo")
+    # (po - pe) / (1 - pe) of 3 of 4 alike, pe = (2·1 + 1·1 + 0·1 + 1·1) / 16 of the four names
+    expect(agreement).to_contain_text("kappa 0.67, substantial, over 4 clusters")
+    expect(agreement).to_contain_text("1 differ")
+    take_picture(label.page, "label_agreement")
+    agreement.get_by_role("button", name="brow 3").click()
+    label.shows("brow/3")
+    expect(label.page.locator("#state")).to_have_text("Neutral")
+    label.press("p")
+    label.page.get_by_role("button", name="Back to the first person").click()
+    expect(label.row("brow/3")).to_contain_text("Brow down")
+    label.press("u")  # the first person's last answer, not the second's
+    label.writes("eye/1", None)
+    assert label.written(own)["eye/1"] == ANSWERS["eye/1"]
