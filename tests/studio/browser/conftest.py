@@ -69,7 +69,7 @@ def tabs(new_tabs) -> Tabs:
 
 
 @pytest.fixture(scope="module")
-def serve(tmp_path_factory):
+def serve(chromium, tmp_path_factory):
     """Runs a command that serves a page until the module's tests are over."""
     running: list[Served] = []
 

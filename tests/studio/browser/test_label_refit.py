@@ -1,5 +1,6 @@
 """The label page after a refit: names that moved, and those that a person has to give anew."""
 
+import re
 import shutil
 from pathlib import Path
 
@@ -93,15 +94,26 @@ def test_moved_names_are_kept_at_once_and_the_others_stay_open(label):
     )
 
 
-def test_a_refit_under_an_open_page_is_told_and_names_nothing(serve, tabs, labelled_once, tmp_path):
+def test_an_answer_to_a_fit_that_is_gone_is_told_and_never_written(
+    serve, tabs, labelled_once, tmp_path
+):
     results = shutil.copytree(labelled_once, tmp_path / "results")
-    served = serve("label", "--results", results, "--file", file=tmp_path / "names.yaml")
+    words = ("label", "--results", results, "--file")
+    served = serve(*words, file=tmp_path / "names.yaml")
     label = LabelPage(tabs.open(served.address), served.file)
     label.open("eye/1")
     shutil.rmtree(results / "segment" / "eye")
     fit(results, "eye", 3)
+    propose(results)
     label.press("2")
-    expect(label.page.get_by_role("alert")).to_be_visible()
+    expect(label.page.get_by_role("alert")).to_contain_text("refitted meanwhile")
     take_picture(label.page, "label_refit_open")
-    assert not served.file.exists()
-    tabs.expect("Failed to load resource: .*500 .*")
+    served.kill()
+    again = serve(*words, file=served.file, port=served.port)
+    other = LabelPage(tabs.open(again.address), served.file)  # its key counts for both tabs
+    expect(label.row("eye/1")).to_have_accessible_name(re.compile("proposed"))  # refused
+    other.open("brow/0")
+    other.press("1")
+    other.writes("brow/0", Answer("BrowUp"))
+    assert set(other.written()) == {"brow/0"}
+    tabs.expect("Failed to load resource: .*")

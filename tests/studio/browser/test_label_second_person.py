@@ -7,20 +7,14 @@ from mimeline.annotation.label_file import Answer
 from .label_page import LabelPage
 from .tabs import take_picture
 
-FIRST = {"brow/0": "1", "brow/1": "0", "brow/3": "2", "eye/1": "2"}  # cluster → key
-ANSWERS = {
-    "brow/0": Answer("BrowUp"),
-    "brow/1": Answer("Neutral"),
-    "brow/3": Answer("BrowDown"),
-    "eye/1": Answer("EyeWiden"),
-}
+KEYS = {"brow/0": "1", "brow/1": "0", "brow/3": "2", "eye/1": "2"}  # of the first person
+UP, DOWN, WIDEN = Answer("BrowUp"), Answer("BrowDown"), Answer("EyeWiden")
 
 
 def name(label: LabelPage, keys: dict[str, str]) -> None:
     for cluster, key in keys.items():
         label.open(cluster)
         label.press(key)
-    label.writes(cluster, ANSWERS[cluster] if keys[cluster] == FIRST[cluster] else None)
 
 
 def second_person(page: Page, person: str) -> None:
@@ -33,7 +27,7 @@ def second_person(page: Page, person: str) -> None:
 def test_a_second_person_is_blind_until_they_answered(label):
     label.open("brow/0")
     label.press("1")
-    label.writes("brow/0", ANSWERS["brow/0"])
+    label.writes("brow/0", UP)
     second_person(label.page, "bo")
     expect(label.page.locator("#progress")).to_contain_text("0 of 13 named")
     clusters = label.page.evaluate(
@@ -49,21 +43,20 @@ def test_a_second_person_is_blind_until_they_answered(label):
     take_picture(label.page, "label_blind")
     label.press("2")
     own = label.file.with_name("names.bo.yaml")
-    label.writes("brow/0", Answer("BrowDown"), own)
-    assert label.written() == {"brow/0": ANSWERS["brow/0"]}
+    label.writes("brow/0", DOWN, own)
+    assert label.written() == {"brow/0": UP}
     label.page.reload()
     expect(label.page.locator("#who")).to_have_text("bo answers, blind")  # it stays theirs
     expect(label.row("brow/0")).to_contain_text("Brow down")
 
 
 def test_two_persons_are_compared_and_where_they_differ_is_a_click_away(label):
-    name(label, FIRST)
+    name(label, KEYS)
+    label.writes("eye/1", WIDEN)
     second_person(label.page, "bo")
     own = label.file.with_name("names.bo.yaml")
-    for cluster, key in (FIRST | {"brow/3": "0"}).items():
-        label.open(cluster)
-        label.press(key)
-    label.writes("eye/1", ANSWERS["eye/1"], own)
+    name(label, KEYS | {"brow/3": "0"})
+    label.writes("eye/1", WIDEN, own)
     label.press("p")
     agreement = label.page.locator("#agreement")
     expect(agreement).to_contain_text("The first person and bo")
@@ -79,4 +72,4 @@ def test_two_persons_are_compared_and_where_they_differ_is_a_click_away(label):
     expect(label.row("brow/3")).to_contain_text("Brow down")
     label.press("u")  # the first person's last answer, not the second's
     label.writes("eye/1", None)
-    assert label.written(own)["eye/1"] == ANSWERS["eye/1"]
+    assert label.written(own)["eye/1"] == WIDEN

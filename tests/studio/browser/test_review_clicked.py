@@ -38,6 +38,11 @@ def shows(page: Page, clip_id: str) -> None:
     expect(page.locator("#clip-id")).to_have_text(clip_id)
 
 
+def on_disk(page: Page, holds: str) -> None:
+    """Wait until something holds of the decisions that the server has written."""
+    until(page, f"fetch('/decisions').then((answer) => answer.json()).then((told) => {holds})")
+
+
 def decided(page: Page, clip_id: str, told: str) -> None:
     expect(page.locator("#rows button", has_text=clip_id)).to_have_accessible_name(
         f"{clip_id}, {told}"
@@ -50,7 +55,7 @@ def test_clips_are_kept_left_out_and_taken_back_by_key(page, exclusions):
     page.keyboard.press("2")
     decided(page, "b_1", "left out: wrong crop")
     decided(page, "-a_1", "kept")
-    until(page, "fetch('/decisions').then(a => a.json()).then(a => a.seen.length == 2)")
+    on_disk(page, "told.seen.length == 2")
     assert read_exclusions(exclusions) == {"b_1": "wrong_crop"}
     take_picture(page, "review")
     page.keyboard.press("u")
@@ -58,7 +63,7 @@ def test_clips_are_kept_left_out_and_taken_back_by_key(page, exclusions):
     page.keyboard.press("u")
     decided(page, "-a_1", "not looked at")
     expect(page.get_by_role("button", name="Undo")).to_be_disabled()
-    until(page, "fetch('/decisions').then(a => a.json()).then(a => !a.seen.length)")
+    on_disk(page, "!told.seen.length")
     assert read_exclusions(exclusions) == {}
 
 
@@ -72,14 +77,14 @@ def test_another_reason_is_typed_and_shown_as_text(page, exclusions):
     expect(page.locator("#texts")).to_contain_text("<img src=x onerror=")  # of the catalogue
     assert page.locator("img").count() == 0
     assert page.title() == "-a_1 · Review"
-    until(page, "fetch('/decisions').then(a => a.json()).then(a => a.reasons['-a_1'])")
+    on_disk(page, "told.reasons['-a_1']")
     assert read_exclusions(exclusions) == {"-a_1": HOSTILE}
 
 
 def test_a_decision_holds_when_the_page_is_loaded_anew_and_can_still_be_taken_back(page):
     page.keyboard.press("1")
     shows(page, "b_1")
-    until(page, "fetch('/decisions').then(a => a.json()).then(a => a.seen.length == 1)")
+    on_disk(page, "told.seen.length == 1")
     page.reload()
     shows(page, "b_1")
     decided(page, "-a_1", "left out: occlusion")
@@ -93,7 +98,7 @@ def test_two_tabs_do_not_undo_each_other(page, tabs, served, exclusions):
     shows(other, "-a_1")
     page.keyboard.press("3")
     decided(page, "-a_1", "left out: low quality")
-    until(page, "fetch('/decisions').then(a => a.json()).then(a => a.seen.length == 1)")
+    on_disk(page, "told.seen.length == 1")
     other.keyboard.press("k")  # it has not heard yet
     expect(other.locator("#toast")).to_contain_text("decided on elsewhere meanwhile")
     decided(other, "-a_1", "left out: low quality")
@@ -121,6 +126,6 @@ def test_what_was_done_is_told_in_the_terminal_at_the_end(serve, filmed, tabs, t
     page.keyboard.press("1")
     page.keyboard.press("k")
     decided(page, "b_1", "kept")
-    until(page, "fetch('/decisions').then(a => a.json()).then(a => a.seen.length == 2)")
+    on_disk(page, "told.seen.length == 2")
     page.close()
     assert "2 clips looked at, 1 left out." in served.end()
