@@ -148,6 +148,9 @@ def label(
         answers = persons.of(who)
         _refuse_unknown(run, region, cluster)
         run.refuse_refitted()
+        fit = run.regions[region].fingerprint
+        if request.get_json().get("fit", fit) != fit:  # kept by a page that was open before
+            abort(400, "The clusters were fitted anew since: load the page again.")
         own = {e.rank: e.interval for e in run.regions[region].exemplars.get(cluster, [])}
         if not set(ranks) <= set(own):
             abort(400, "This cluster has no such exemplar.")

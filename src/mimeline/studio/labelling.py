@@ -95,6 +95,7 @@ class Labelling:
             moved = {"kept": settled.kept, "known": settled.known}
         return {
             "name": region.name,
+            "fit": region.fingerprint,
             "channels": list(region.channels),
             "left_out": list(region.left_out),
             "unmeasured": region.unmeasured,

@@ -138,7 +138,7 @@ function drawMoved(region) {
 function set(cluster, now, unsafe = "") {
   const { region } = cluster;
   const post = {
-    person: answers.person, region: region.name, cluster: cluster.number, was: cluster.answer, now,
+    person: answers.person, region: region.name, fit: region.fit, cluster: cluster.number, was: cluster.answer, now,
     shown: cardsOf(cluster).map((card) => card.exemplar.rank),
   };
   if (region.moved) settle(region); // the first answer writes the whole region for this fit
@@ -313,6 +313,7 @@ async function change(person) {
   undoable = new Undo(`label-${person}`);
   justNamed = null;
   looked.clear();
+  toast(person ? `${person} answers now, blind` : "The first person answers now"); // and no answer of another's stands
   show(answers.mostWorth(null) ?? null);
 }
 
