@@ -148,11 +148,11 @@ def test_what_was_not_measured_is_unknown_and_absent_from_intervals(motion_of):
     assert set(track_codes(frames, "brow")) == {-1}
 
 
-def test_a_cluster_that_fitting_left_without_frames_is_neutral(motion_of):
+def test_a_cluster_that_fitting_left_without_frames_is_unknown(motion_of):
     motion = motion_of({"a": 4})
     frames, found = annotated(motion, {"brow": clusters_of(motion, "1191")})
-    assert frames["BrowUp"].tolist() == [True, True, False, True]
-    assert len(found) == 2
+    assert track_codes(frames, "brow").tolist() == [1, 1, -1, 1]
+    assert told(found, "brow") == [("a", "BrowUp", 0, 2), ("a", "BrowUp", 3, 4)]
 
 
 def test_a_region_without_any_name_is_unknown(motion_of):

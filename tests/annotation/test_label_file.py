@@ -35,6 +35,7 @@ regions = st.builds(
     st.dictionaries(
         st.integers(0, 40), st.lists(intervals, min_size=1, max_size=3).map(tuple), max_size=4
     ),
+    st.frozensets(st.integers(41, 60), max_size=3),
 )
 files = st.dictionaries(st.sampled_from(["brow", "eye", "mouth"]), regions, max_size=3)
 
@@ -43,6 +44,7 @@ SOUND = {
         "3f2a90c1d2e4b5a6",
         {0: Answer("BrowUp", "strong"), 1: Answer("Neutral"), 2: Answer(same_as=0), 3: Answer()},
         {0: (("clip_12", 34, 61), ("clip_3", 0, 25))},
+        frozenset({4}),
     )
 }
 
@@ -180,6 +182,7 @@ def test_any_yaml_is_a_label_file_or_refused_in_one_line(tmp_path, value):
         ("BrowUp", "found 'BrowUp', expected regions"),
         ("brow: BrowUp", "region brow: found 'BrowUp'"),
         ("brow:", "region brow: found nothing"),
+        ("brow: {}", "region brow: found {}, expected the keys model and clusters"),
         ("brow:\n  0: BrowUp", "found the keys 0, expected the keys model and clusters"),
         ("brow: {model: x, clusters: {}, seen: {}}", "found the keys model, clusters, seen"),
         ("brow: {model: x, clusters: [BrowUp]}", "clusters by their numbers"),

@@ -9,7 +9,7 @@ from mimeline import tables
 from mimeline.annotation.exemplars import exemplars
 from mimeline.annotation.fits import recall
 from mimeline.annotation.fitted import FINGERPRINT_FILE, read_fingerprint
-from mimeline.annotation.label_file import Answer, RegionAnswers, read_label_file
+from mimeline.annotation.label_file import Answer, RegionAnswers, kept_copy, read_label_file
 from mimeline.annotation.labels import label, settle
 from mimeline.cli import _parsed
 from mimeline.errors import BadLabels
@@ -194,6 +194,7 @@ def test_after_a_refit_names_move_with_their_frames(run, refitted, fingerprint, 
     assert after.loc[("brow", 0), "source"] == "proposed"
     pd.testing.assert_frame_equal(before.loc[["eye"]], after.loc[["eye"]])
     assert f"brow: names moved from fit {fingerprint['brow']}: 100 % of 720 frames" in caplog.text
+    assert caplog.text.count("brow: 2 of 3 clusters named by a person") == 2
 
 
 def test_the_names_of_a_run_after_a_refit_are_names_of_the_present_fit(run, refitted, fingerprint):
@@ -221,6 +222,36 @@ def test_names_that_cannot_be_moved_stop_the_run_with_a_command_to_copy(
     command = shlex.split(message[message.index("mimeline label") :])
     arguments = _parsed(command[1:])
     assert (arguments.results, arguments.file) == (proposals, run.file)
+
+
+def test_a_cluster_that_is_left_open_stops_the_run_until_it_is_answered(run, fingerprint):
+    with pytest.raises(BadLabels, match="brow 0: it lost its name.*mimeline label"):
+        run(block(fingerprint, {0: "open", 1: "BrowUp"}))
+    assert run(block(fingerprint, {0: "not sure", 1: "BrowUp"})) is not None
+
+
+def test_names_that_this_very_fit_had_are_offered_where_they_were_kept(run, fingerprint):
+    copy = kept_copy(run.file, "brow", fingerprint["brow"])
+    with pytest.raises(BadLabels) as without:
+        run(block(fingerprint, {0: "open"}))
+    copy.write_text("")
+    with pytest.raises(BadLabels) as beside:
+        run(block(fingerprint, {0: "open"}))
+    assert str(copy) in str(beside.value) and str(copy) not in str(without.value)
+
+
+def test_clusters_that_have_one_thing_against_them_are_told_together(run):
+    elsewhere = {"brow": "BrowUp", "eye": "Neutral"}
+    given = {r: {"model": "elsewhere", "clusters": {0: name}} for r, name in elsewhere.items()}
+    with pytest.raises(BadLabels, match="brow 0, 1, 2: none of its.*; eye 0, 1, 2: none of its"):
+        run(given)
+
+
+def test_of_many_reasons_why_a_run_stops_only_some_are_told(run, monkeypatch):
+    monkeypatch.setattr("mimeline.annotation.labels.MOST_REASONS", 1)
+    given = {r: {"model": "elsewhere", "clusters": {0: "Neutral"}} for r in ("brow", "eye")}
+    with pytest.raises(BadLabels, match="brow 0, 1, 2: .*; and 1 more, which the page tells,"):
+        run(given)
 
 
 @pytest.mark.parametrize("share", range(0, 101, 10))

@@ -97,6 +97,13 @@ def test_merged_clusters_move_with_the_name_of_the_one_they_are_the_same_as():
     assert found.answers == {0: UP, 1: UP, 2: REST}
 
 
+def test_what_lost_its_name_in_a_refit_has_none_to_give_in_the_next():
+    given = RegionAnswers("f", {1: REST, 2: DOWN}, open=frozenset({0}))
+    found = move(given, cluster_runs(fit(0, 1, 1, 1, 2, 2)), fit(3, 1, 1, 1, 2, 2), 2, 0.8)
+    assert set(found.unsafe) == {3}
+    assert found.answers == {1: REST, 2: DOWN}
+
+
 def test_a_cluster_merged_into_one_that_nobody_named_is_not_safe():
     answers = {0: Answer(same_as=1)} | dict.fromkeys(range(2, 12), REST)
     found = moved(answers, fit(*range(12)), fit(*range(12)))
@@ -117,10 +124,16 @@ def test_a_cluster_that_only_new_clips_show_is_not_safe():
 
 
 def test_a_cluster_of_which_little_was_known_is_not_safe():
-    after = fit(0, 1, clips="abcdefgh")
+    after = fit(0, 1, clips="abcdefghijklmnopqrstuvwxyz")
     found = moved({0: UP, 1: REST}, fit(0, 1, clips="a"), after)
     assert set(found.unsafe) == {0, 1}
-    assert "only 100 of its 800 frames were known before" in found.unsafe[0]
+    assert "only 100 of its 2600 frames were known before" in found.unsafe[0]
+
+
+def test_a_data_set_ten_times_as_large_has_the_names_of_its_tenth():
+    found = moved({0: UP, 1: REST}, fit(0, 1, clips="a"), fit(1, 0, clips="abcdefghij"))
+    assert found.answers == {1: UP, 0: REST}
+    assert found.known == pytest.approx(0.1)
 
 
 @pytest.mark.parametrize("change", [{"run": 24}, {"clips": "wxyz"}])
@@ -167,6 +180,12 @@ def test_two_intervals_are_too_few_to_know_a_cluster_by():
 def test_intervals_beyond_the_end_of_a_clip_show_that_its_frames_are_others():
     shown = {0: seen(("a", 0, 20), ("b", 40, 60), ("c", 80, 100), ("d", 900, 920))}
     assert moved({0: UP}, None, fit(3, 4), shown=shown).known == 0
+
+
+def test_a_clip_whose_last_frame_is_masked_now_is_still_the_same():
+    shown = {0: seen(("a", 0, 20), ("b", 40, 60), ("c", 80, 100), ("d", 160, 201)),
+             1: seen(("a", 20, 40), ("b", 60, 80), ("c", 100, 120))}  # fmt: skip
+    assert moved({0: UP, 1: REST}, None, fit(3, 4), shown=shown).known == pytest.approx(160 / 800)
 
 
 def test_without_the_old_fit_and_without_intervals_nothing_moves():

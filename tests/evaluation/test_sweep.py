@@ -160,6 +160,14 @@ def test_frames_with_closed_eyes_or_without_a_truth_do_not_count(eyes, tmp_path)
     assert codes[[0, 21, 41]].tolist() == [0, 1, 2]
 
 
+def test_an_action_that_the_truth_does_not_tell_hides_no_other(eyes, tmp_path):
+    frames, truth = eyes
+    untold = truth.assign(EyeWiden=pd.array([pd.NA] * len(truth), dtype="boolean"))
+    tables.write(tables.FRAMES, untold, tmp_path / "frames.parquet")
+    codes = series_truth(frames, tmp_path, "eye")
+    assert (codes == truth["EyeSquint"]).all()
+
+
 def test_clusters_are_scored_by_the_name_of_most_of_their_frames():
     codes = np.array([0, 0, 0, 1, 1, 2, 2, -1, -1])
     labels = np.array([4, 4, 1, 1, 1, 0, 4, 0, 0])

@@ -154,6 +154,12 @@ def pictures(fitted_once):
     return Pictures(ClustersOfRun(fitted_once), None)
 
 
+@pytest.fixture(scope="session")
+def idle_label_page(pictures, tmp_path_factory) -> LabelPage:
+    """A page whose answers no test looks at."""
+    return LabelPage(pictures, tmp_path_factory.mktemp("idle") / "names.yaml")
+
+
 @pytest.fixture
 def label_page(pictures, names):
     """Opens the page anew, as a start of the command does; results: others than the usual."""

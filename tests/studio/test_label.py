@@ -7,7 +7,10 @@ import subprocess
 import sys
 import time
 import urllib.request
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from threading import Thread
+from urllib.parse import quote
 
 import cv2
 import numpy as np
@@ -17,11 +20,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from mimeline import tables
-from mimeline.annotation.label_file import Answer, read_label_file
+from mimeline.annotation.label_file import Answer, kept_copy, read_label_file
 from mimeline.errors import BadConfig, BadFile, BadLabels, NoSuchFile
 from mimeline.studio.answers import MOST_CHARACTERS
 from mimeline.studio.clusters_of_run import MOST_PICTURES, ClustersOfRun
-from mimeline.studio.label import PAUSE_S, Stopwatch, closing, own_file
+from mimeline.studio.label import PAUSE_S, Stopwatch, closing, own_file, serve
 from mimeline.studio.pictures import COLUMNS, EDGE, Pictures
 from mimeline.studio.server import MOST_BYTES
 
@@ -146,6 +149,22 @@ def test_sheets_are_kept_while_there_is_room(fitted_once):
     assert not pictures.is_made(("film", "brow", 2, 1))
 
 
+def test_when_it_ends_no_sheet_is_being_made_and_none_will_be(fitted_once):
+    run = ClustersOfRun(fitted_once)
+    pictures, keys = Pictures(run, None), []
+    for exemplars in run.regions["brow"].exemplars.values():
+        keys += [(view, e.region, e.cluster, e.rank) for e in exemplars for view in e.views]
+    pictures.expect(run.exemplars())
+    asked = [Thread(target=pictures.sheet, args=key, daemon=True) for key in keys]
+    for thread in asked:
+        thread.start()
+    pictures.end()
+    made = [key for key in keys if pictures.is_made(key)]
+    for thread in asked:
+        thread.join(0.02)
+    assert [key for key in keys if pictures.is_made(key)] == made and len(made) < len(keys)
+
+
 def test_sheets_are_made_before_they_are_asked_for(fitted_once):
     run = ClustersOfRun(fitted_once)
     pictures, exemplars = Pictures(run, None), run.regions["brow"].exemplars[1]
@@ -198,6 +217,54 @@ def test_of_two_writers_each_keeps_what_the_other_wrote(label_page):
     assert there.get(f"/answers?known={told['revision']}").json == {"revision": told["revision"]}
 
 
+def test_of_two_pages_that_write_at_once_neither_loses_an_answer(label_page):
+    pages = {number: label_page() for number in range(3)}  # which share the file alone
+
+    def answer_often(number: int) -> list[int]:
+        was, codes = None, []
+        for name in ["BrowUp", "Neutral"] * 10:
+            codes.append(pages[number].answer(("brow", number), name, was=was).status_code)
+            was = name
+        return codes
+
+    with ThreadPoolExecutor(len(pages)) as threads:
+        codes = list(threads.map(answer_often, pages))
+    assert codes == [[200] * 20] * 3  # 409 where what one had said was gone
+    assert label_page().written()["brow"].clusters == dict.fromkeys(pages, Answer("Neutral"))
+    assert [path.name for path in pages[0].file.parent.iterdir()] == ["names.yaml"]
+
+
+def test_comments_at_the_top_of_a_file_stay_and_a_copy_has_the_others(label_page, names):
+    names.parent.mkdir()
+    text = "# Bo's, of May\n\nbrow:\n  model: " + FITS["brow"]
+    text += "\n  clusters:\n    0: BrowUp  # a raise, #1\n    1: {action: BrowUp, note: 'no #'}\n"
+    names.write_text(text)
+    page = label_page()
+    assert page.answer(("brow", 2), "Neutral").status_code == 200
+    copy = names.with_name("names.yaml.bak")
+    assert names.read_text().startswith("# Bo's, of May\n\nbrow:") and copy.read_text() == text
+    assert page.written()["brow"].clusters[1] == Answer("BrowUp", "no #")
+    assert f"{copy} has the others" in closing(page.labelling, "", 0.0)
+    assert page.answer(("brow", 3), "Neutral").status_code == 200
+    again = label_page()
+    assert again.answer(("brow", 3), "BrowUp", was="Neutral").status_code == 200
+    assert copy.read_text() == text and "has the others" not in closing(again.labelling, "", 0.0)
+
+
+@pytest.mark.parametrize("there", [True, False])
+def test_a_label_file_that_is_a_link_stays_one(label_page, names, tmp_path, there):
+    meant = tmp_path / "elsewhere" / "mine.yaml"
+    names.parent.mkdir()
+    names.symlink_to(meant)
+    if there:
+        meant.parent.mkdir()
+        meant.write_text(f"mouth:\n  model: {FITS['mouth']}\n  clusters:\n    0: Smile\n")
+    page = label_page()
+    assert page.answer(BROW, "BrowUp").status_code == 200
+    assert names.is_symlink() and ("mouth" in read_label_file(meant)) == there
+    assert label_page().cluster(*BROW)["answer"] == said("BrowUp")
+
+
 def test_what_an_editor_writes_meanwhile_is_kept_and_may_be_undone_back(label_page):
     page, odd = label_page(), "odd, " * 20
     page.answer(BROW, "BrowUp")
@@ -248,7 +315,8 @@ def test_clusters_that_a_hand_merged_in_a_circle_do_not_hang_the_page(label_page
     page.answer(("brow", 2), "BrowUp")
     text = page.file.read_text().replace("2: BrowUp", "1: {same_as: 0}\n    2: BrowUp")
     page.file.write_text(text)
-    assert page.get("/state").status_code in (200, 500)
+    for answer in (page.get("/state"), page.answer(("brow", 3), "BrowUp")):
+        assert answer.status_code == 500 and "the same as" in answer.text
     assert page.file.read_text() == text
 
 
@@ -302,7 +370,7 @@ WHOLE = {"person": "", "region": "brow", "cluster": 0, "was": None, "now": None,
 def test_a_post_of_another_shape_changes_nothing(label_page, change):
     page = label_page()
     assert page.post(WHOLE | change).status_code == 400
-    assert not page.file.parent.exists()
+    assert not page.file.exists()
 
 
 @pytest.mark.parametrize(
@@ -374,6 +442,25 @@ def test_a_second_person_is_told_nothing_of_proposals_before_they_answer(label_p
     assert page.labelling.persons.path("bo").name == "names.bo.yaml"
 
 
+def test_to_a_second_person_all_is_the_same_whatever_was_proposed_or_answered(label_page, fitted):
+    def told(page) -> list:
+        state = page.state("bo")
+        beside = [page.get(f"/exemplars/brow/{n}?person=bo").json for n in range(4)]
+        return [state["regions"], state["next"], state["command"], *beside]
+
+    before = told(label_page(fitted))
+    path = fitted / "label" / "proposed.parquet"
+    rows = tables.read(tables.LABELS, path)
+    others = rows.assign(action="Neutral", confidence=0.31, why=None, note="of the rule")
+    tables.write(tables.LABELS, others, path)
+    path = fitted / "label" / "profiles.parquet"
+    tables.write(tables.PROFILES, tables.read(tables.PROFILES, path).assign(purity=0.2), path)
+    page = label_page(fitted)
+    page.answer(BROW, "BrowDown")
+    page.answer(("brow", 1), 0)
+    assert page.state()["regions"] != before[0] and told(page) == before
+
+
 def test_the_agreement_is_over_clusters_that_both_answered(label_page):
     page = label_page()
     for number, (first, second) in enumerate([("BrowUp", "BrowUp"), ("Neutral", "BrowDown")]):
@@ -394,7 +481,28 @@ def test_the_agreement_is_over_clusters_that_both_answered(label_page):
 def test_the_person_of_the_command_is_meant_where_the_page_does_not_say(label_page):
     page = label_page(person="bo")
     assert page.state()["person"] == "bo"
-    assert page.state("")["person"] == ""
+    assert label_page().state()["person"] == ""
+
+
+def test_a_page_that_was_started_for_a_second_person_tells_nothing_of_the_first(label_page):
+    first = label_page()
+    first.answer(BROW, ("BrowUp", "of the first"))
+    page = label_page(person="bo")
+    assert page.state("")["person"] == "bo" and page.cluster(*BROW)["answer"] is None
+    assert page.get("/answers?person=").json["answers"]["brow"] == {}
+    assert page.get("/agreement?person=").json["n"] == 0
+    assert page.answer(BROW, "Neutral").status_code == 200  # of nobody in particular
+    assert page.written("bo")["brow"].clusters == {0: Answer("Neutral")}
+    assert page.written()["brow"].clusters == {0: Answer("BrowUp", "of the first")}
+    texts = [page.get(path).text for path in ("/", "/state?person=", "/exemplars/brow/1")]
+    assert not any("of the first" in text for text in texts)
+
+
+def test_a_person_is_the_same_in_capitals(label_page):
+    page = label_page()
+    assert page.answer(BROW, "BrowUp", person="Bo").status_code == 200
+    assert page.written("bo")["brow"].clusters == {0: Answer("BrowUp")}
+    assert page.state("BO")["persons"] == ["", "bo"]
 
 
 @pytest.mark.parametrize("person", ["a b", "../x", "é", "x" * 33, "a.b", "a/b", "a\0"])
@@ -438,12 +546,13 @@ def test_names_of_the_fit_before_are_shown_as_moved_and_written_with_the_first_a
     assert page.state()["regions"][0]["moved"] is None
 
 
-def test_what_no_name_could_be_moved_to_is_shown_first_and_is_not_sure_until_answered(
+def test_what_no_name_could_be_moved_to_is_shown_first_and_stays_open_until_answered(
     label_page, fitted
 ):
     page = label_page(fitted)
     for number, name in enumerate(("BrowUp", "BrowDown", "Neutral", "BrowUp")):
         page.answer(("brow", number), name)
+    before = page.written()["brow"].model
     path = fitted / "segment" / "brow" / "clusters.parquet"
     refit(fitted, "brow", 0, MOVED)
     clusters = tables.read(tables.CLUSTERS, path)
@@ -455,14 +564,18 @@ def test_what_no_name_could_be_moved_to_is_shown_first_and_is_not_sure_until_ans
     assert page.cluster(*BROW)["unsafe"] and page.cluster(*BROW)["answer"] is None
     assert page.state()["next"][0] == ["brow", 0]
     page.answer(("brow", 2), "Neutral", was="Neutral")
+    assert page.written()["brow"].open == {0}
+    assert kept_copy(page.file, "brow", before).exists()  # with the names of the fit before
+    again = label_page(fitted)
+    for one in (page, again):
+        assert one.state()["next"][0] == ["brow", 0] and one.cluster(*BROW)["unsafe"]
+    page.answer(BROW, "BrowUp")
+    assert ["brow", 0] not in page.state()["next"] and not page.cluster(*BROW)["unsafe"]
+    page.answer(BROW, None, was="BrowUp")  # undone
+    assert page.written()["brow"].open == {0} and page.state()["next"][0] == ["brow", 0]
+    page.answer(BROW, "not sure")
+    assert ["brow", 0] not in page.state()["next"] and not page.cluster(*BROW)["unsafe"]
     assert page.written()["brow"].clusters[0] == Answer()
-    assert page.state()["next"][0] == ["brow", 0] and page.cluster(*BROW)["unsafe"]
-    page.answer(BROW, "BrowUp", was="not sure")
-    assert ["brow", 0] not in page.state()["next"] and not page.cluster(*BROW)["unsafe"]
-    page.answer(BROW, "not sure", was="BrowUp")  # undone
-    assert page.state()["next"][0] == ["brow", 0]
-    page.answer(BROW, "not sure", was="not sure")
-    assert ["brow", 0] not in page.state()["next"] and not page.cluster(*BROW)["unsafe"]
 
 
 def test_a_page_whose_run_was_refitted_says_so_and_writes_nothing(label_page, fitted):
@@ -475,6 +588,8 @@ def test_a_page_whose_run_was_refitted_says_so_and_writes_nothing(label_page, fi
         assert "refitted meanwhile" in answer.text and "mimeline label again" in answer.text
     shutil.rmtree(fitted / "segment" / "mouth" / "model")  # while it is fitted
     assert "refitted meanwhile" in page.get("/state").text
+    fitted.rename(fitted.with_name("elsewhere"))
+    assert "the results were moved or deleted" in page.get("/state").text
     assert page.file.read_text() == before
 
 
@@ -507,6 +622,7 @@ def test_a_run_without_a_cluster_says_why(fitted):
         ("nose: {model: x, clusters: {0: Neutral}}", "one of brow, eye, mouth"),
         (f"brow: {{model: {FITS['brow']}, clusters: {{9: Neutral}}}}", "cluster 9"),
         (f"brow: {{model: {FITS['brow']}, clusters: {{0: Smile}}}}", "Smile"),
+        ("<<<<<<< ours\nbrow: {}\n=======\n>>>>>>> theirs\n", "line 1.*conflict"),
     ],
 )
 def test_a_label_file_that_does_not_fit_is_a_plain_error_and_is_left_alone(
@@ -517,6 +633,20 @@ def test_a_label_file_that_does_not_fit_is_a_plain_error_and_is_left_alone(
     with pytest.raises(BadLabels, match=complaint):
         label_page().labelling.persons.of("")
     assert names.read_text() == text
+
+
+def test_a_place_where_no_label_file_can_be_is_a_plain_error(fitted, names):
+    def start(file):
+        serve(fitted, file, "", 0, open_browser=False, say=print)
+
+    names.parent.mkdir()
+    with pytest.raises(BadFile, match="found a folder, expected a file"):
+        start(names.parent)
+    (names.parent / "loop.yaml").symlink_to("loop.yaml")
+    with pytest.raises(BadFile, match=r"loop\.yaml.*expected a file"):
+        start(names.parent / "loop.yaml")
+    with pytest.raises(BadConfig, match=r"labels\.yaml, a file of the run itself.*Copy it"):
+        start(fitted / "label" / "labels.yaml")
 
 
 def test_a_file_that_was_spoilt_meanwhile_is_not_written_over(label_page):
@@ -563,15 +693,17 @@ def test_the_end_says_what_is_named_what_is_left_and_how_to_go_on(label_page):
     page.answer(("brow", 2), "not sure")
     page.answer(("mouth", 1), 0)  # whose name is proposed
     text = closing(page.labelling, "", 90.0)
-    assert "2 of 7 clusters are named: brow 2 of 4 and mouth 0 of 3, in 1.5 min." in text
-    assert "1 the person was not sure" in text and "4 are left to the proposals" in text
+    assert "2 of 7 clusters are named: brow 2 of 4 and mouth 0 of 3, in 90 s." in text
+    assert "1 is left as not sure" in text and "4 are left to the proposals" in text
     *words, chosen = shlex.split(text.rpartition("\n")[2])
     assert words[:5] == ["snakemake", "--cores", "2", "--until", "annotate"]
     assert yaml.safe_load(chosen.removeprefix("label=")) == {"file": str(page.file)}
     page.answer(BROW, "BrowUp", person="bo")
+    text = closing(page.labelling, "bo", 0.0)
+    assert "gave the same one name to all 1 cluster that both named: that is no kappa" in text
     page.answer(("brow", 1), "BrowDown", person="bo")
     text = closing(page.labelling, "bo", 0.0)
-    assert "Kappa with the first person" in text and "2 clusters that both answered" in text
+    assert "Kappa with the first person: 0.00, over 2 clusters that both named." in text
     assert "names.bo.yaml" in text
 
 
@@ -631,6 +763,39 @@ def test_the_command_serves_until_it_is_ended_and_says_how_to_go_on(fitted_once,
     assert child.returncode == 0 and complaint == ""
     assert "0 of 7 clusters are named" in told and "snakemake" not in told
     assert not names.exists()
+
+
+JSON = st.recursive(
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats()
+    | st.sampled_from(["brow", "mouth", "eye", "Neutral", "bo", 10**400, "\ud800"])
+    | st.text(max_size=8),
+    lambda inner: (
+        st.lists(inner, max_size=3)
+        | st.dictionaries(st.sampled_from(["action", "note", "same_as"]), inner, max_size=3)
+    ),
+    max_leaves=6,
+)
+ROUTES = ("/", "/state", "/answers", "/agreement", "/exemplars/", "/exemplars/brow/", "/pictures/")
+
+
+@settings(
+    max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
+@given(
+    body=st.one_of(JSON, st.fixed_dictionaries({}, optional=dict.fromkeys(WHOLE, JSON))),
+    path=st.tuples(st.sampled_from(ROUTES), st.text(max_size=8) | st.just("9" * 5000)),
+    query=st.dictionaries(st.sampled_from(["person", "known", "key"]), st.text(max_size=5)),
+)
+def test_whatever_is_asked_or_posted_is_answered_or_refused(idle_label_page, body, path, query):
+    page = idle_label_page
+    route, end = path
+    asked = page.get(route + quote(end, errors="replace"), query_string=query)
+    posted = page.post(WHOLE | body if isinstance(body, dict) else body)
+    assert asked.status_code in (200, 308, 400, 403, 404)  # 308: of two slashes, one
+    assert posted.status_code in (200, 400, 404, 409, 415)
 
 
 def test_hostile_texts_reach_the_page_as_data_alone(label_page):

@@ -1,6 +1,7 @@
 import re
 import shlex
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pandas as pd
@@ -108,6 +109,22 @@ def test_rows_of_other_runs_and_of_others_meanwhile_are_kept(page):
         "c_1": "low_quality",
         "elsewhere": "beard",
     }
+
+
+def test_of_two_pages_that_write_at_once_neither_loses_a_decision(page, exclusions):
+    pages = {clip_id: page() for clip_id in ("-a_1", "b_1", "c_1")}  # which share the list alone
+
+    def decide_often(clip_id: str) -> list[int]:
+        was, codes = (False, None), []
+        for now in [(True, "occlusion"), (True, None)] * 8 + [(True, "beard")]:
+            codes.append(pages[clip_id].decide(clip_id, now, was=was).status_code)
+            was = now
+        return codes
+
+    with ThreadPoolExecutor(len(pages)) as threads:
+        codes = list(threads.map(decide_often, pages))
+    assert codes == [[200] * 17] * 3  # 409 where what one had decided was gone
+    assert page().listed() == dict.fromkeys(pages, "beard")
 
 
 def test_of_two_tabs_the_one_that_did_not_see_the_other_is_told(page):

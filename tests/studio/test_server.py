@@ -85,7 +85,14 @@ def test_posts_are_json_and_small(idle_page):
     broken = idle_page.client.post(
         "/decisions", data="{", content_type="application/json", base_url=BASE, headers=headers
     )
-    assert broken.status_code == 400 and not idle_page.exclusions.exists()
+    deep = idle_page.client.post(
+        "/decisions",
+        data="[" * (MOST_BYTES - 1),
+        content_type="application/json",
+        base_url=BASE,
+        headers=headers,
+    )
+    assert broken.status_code == deep.status_code == 400 and not idle_page.exclusions.exists()
 
 
 @pytest.mark.parametrize(

@@ -61,9 +61,9 @@ def annotate_frames(
 ) -> pd.DataFrame:
     """The 16 actions at each frame, pd.NA where it is not known whether the frame shows them.
 
-    That is so where a track's channels were not measured, where the cluster has no name, for the
-    actions that the labels call unmeasured (but where a person named a cluster so), and for all
-    actions of a frame that is not valid.
+    That is so where a track's channels were not measured, where the cluster has no name (one that
+    fitting left without frames has none), for the actions that the labels call unmeasured (but
+    where a person named a cluster so), and for all actions of a frame that is not valid.
 
     motion: the `motion` table, sorted by clip and frame. clusters: by region, the `clusters` table;
     labels: their names, and what is unmeasured where they have that column.
@@ -78,11 +78,9 @@ def annotate_frames(
         assigned = clusters.get(region, tables.empty(tables.CLUSTERS))
         at = keys.merge(assigned[["clip_id", "frame", "cluster"]], how="left", validate="1:1")
         action = at["cluster"].map(names)  # (n_frames,), NaN where not measured or without a name
-        unnamed = at["cluster"].isin(names.index[names.isna()])
-        unknown = at["cluster"].isna() | unnamed | names.empty  # one without a row is neutral
         for name in series_actions(region):
             shown = action == name
-            untold = ~shown if name in unmeasured else unknown
+            untold = ~shown if name in unmeasured else action.isna()
             actions[name] = shown.astype("boolean").mask(untold)
     marked = pd.concat([keys, actions], axis=1)[tables.FRAMES.schema.names]
     return _without_short(marked, limits.min_frames) if limits.min_frames > 1 else marked

@@ -20,11 +20,13 @@ MOST = 50  # fits kept of a region: those that were used last
 
 
 def remember(folder: Path, region: str, fingerprint: str, clusters: pd.DataFrame) -> None:
-    """Keep a fit's clusters; what is there already stays. clusters: the `clusters` table."""
-    if recall(folder, region, fingerprint) is None:
-        columns = tables.SEGMENTS.schema.names
-        path = _path(folder, region, fingerprint)
-        tables.write(tables.SEGMENTS, cluster_runs(clusters)[columns], path)
+    """Keep a fit's clusters. clusters: the `clusters` table.
+
+    What is there is written anew: the same fit may be that of clips which were renamed.
+    """
+    columns = tables.SEGMENTS.schema.names
+    segments = cluster_runs(clusters)[columns]
+    tables.write(tables.SEGMENTS, segments, _path(folder, region, fingerprint))
     kept = sorted(Path(folder).glob(f"{region}-*.parquet"), key=_last_used, reverse=True)
     for path in kept[MOST:]:
         path.unlink(missing_ok=True)

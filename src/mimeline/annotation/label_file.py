@@ -12,10 +12,12 @@ from mimeline.atomic import whole
 from mimeline.errors import BadLabels
 
 NOT_SURE = "not sure"
+OPEN = "open"
 MOST_CHARACTERS = 200  # of a note
 HEADER = """\
 # Names of clusters: `mimeline label` writes them, an editor may. A cluster is named by an action of
 # its region or Neutral, by {action: BrowUp, note: strong}, {same_as: 3} or not sure.
+# One that is open has lost its name in a refit and stops a run until it has another.
 # `model` tells which fit the names belong to; `shown`, which intervals the person saw.
 """
 START = "A run without label.file writes one to start from: label/labels.yaml in its results."
@@ -37,11 +39,18 @@ class Answer:
 @dataclass(frozen=True)
 class RegionAnswers:
     """model: the fit's fingerprint. clusters: by number. shown: cluster → (clip_id, start_frame,
-    end_frame) of the intervals that the answer rests on."""
+    end_frame) of the intervals that the answer rests on. open: clusters that no name of an earlier
+    fit could be moved to, and that nobody answered for since."""
 
     model: str
     clusters: Mapping[int, Answer] = field(default_factory=dict)
     shown: Mapping[int, tuple[tuple[str, int, int], ...]] = field(default_factory=dict)
+    open: frozenset[int] = frozenset()
+
+
+def kept_copy(path: str | Path, region: str, model: str) -> Path:
+    """Where the file is kept as it was before a region's names of a fit gave way to another's."""
+    return Path(f"{path}.{region}-{model}.bak")
 
 
 def root(clusters: Mapping[int, Answer], number: int) -> int:
@@ -79,7 +88,8 @@ def write_label_file(
     text = header
     for region, own in answers.items():
         text += f"{region}:\n  model: {_flow(own.model)}\n"
-        text += _block("clusters", {n: _said(a) for n, a in own.clusters.items()})
+        said = {n: _said(answer) for n, answer in own.clusters.items()}
+        text += _block("clusters", dict.fromkeys(own.open, OPEN) | said)
         if own.shown:
             text += _block("shown", {n: [list(i) for i in rows] for n, rows in own.shown.items()})
     with whole(Path(path)) as temporary:
@@ -115,12 +125,12 @@ def _flow(value) -> str:
 
 def _region(path, region: str, block) -> RegionAnswers:
     place = f"region {region}"
-    shaped = isinstance(block, dict) and {"model", "clusters"} <= set(block)
-    if not shaped or set(block) - {"model", "clusters", "shown"}:
+    keys = set(block) if isinstance(block, dict) else set()
+    if not {"model", "clusters"} <= keys <= {"model", "clusters", "shown"}:
         raise BadLabels(
             path,
             place=place,
-            found=f"the keys {', '.join(block)}" if isinstance(block, dict) else _called(block),
+            found=f"the keys {', '.join(block)}" if keys else _called(block),
             expected="the keys model and clusters, perhaps shown",
             remedy=START,
         )
@@ -133,9 +143,11 @@ def _region(path, region: str, block) -> RegionAnswers:
             expected="a fit's fingerprint",
             remedy=START,
         )
+    entries = _numbered(path, place, "clusters", block["clusters"])
     clusters = {
         number: _answer(path, f"{place}, cluster {number}", entry)
-        for number, entry in _numbered(path, place, "clusters", block["clusters"])
+        for number, entry in entries
+        if entry != OPEN
     }
     for number in clusters:
         _refuse_circle(path, place, clusters, number)
@@ -143,7 +155,7 @@ def _region(path, region: str, block) -> RegionAnswers:
         number: _shown(path, f"{place}, shown, cluster {number}", rows)
         for number, rows in _numbered(path, place, "shown", block.get("shown"))
     }
-    return RegionAnswers(model, clusters, shown)
+    return RegionAnswers(model, clusters, shown, frozenset(n for n, e in entries if e == OPEN))
 
 
 def _numbered(path, place: str, key: str, block) -> list[tuple[int, object]]:

@@ -14,6 +14,7 @@ from mimeline.annotation.fitted import is_fitted, read_fingerprint
 from mimeline.annotation.label_file import (
     Answer,
     RegionAnswers,
+    kept_copy,
     read_label_file,
     root,
     write_label_file,
@@ -24,6 +25,8 @@ from mimeline.vocabulary import NEUTRAL, series_actions
 
 log = logging.getLogger(__name__)
 
+STILL_OPEN = "it lost its name in a refit and has no other yet"
+MOST_REASONS = 4  # told when the run stops
 NAMES_HEADER = """\
 # The clusters' names as they hold in this run, proposals among them: a copy is a label file to
 # start from by hand. In a copy every line counts as yours: remove those you do not vouch for.
@@ -70,8 +73,9 @@ def settle(
     _check_actions(file, region, given)
     if given.model == fingerprint:
         _check_clusters(file, region, given, clusters["cluster"].unique().tolist())
-        return Settled(fingerprint, dict(given.clusters))
-    if not given.clusters:
+        still = dict.fromkeys(sorted(given.open), STILL_OPEN)
+        return Settled(fingerprint, dict(given.clusters), unsafe=still)
+    if not given.clusters and not given.open:
         return Settled(fingerprint)
     before = recall(fits, region, given.model)
     if before is not None:
@@ -126,6 +130,7 @@ def label(
         )
         if settled.unsafe:
             unsafe[region] = settled
+            continue
         own = rows[rows["region"] == region]
         _warn_of_others(region, own, settled)
         named.append(_named(own, settled))
@@ -162,7 +167,7 @@ def _named(rows: pd.DataFrame, settled: Settled) -> pd.DataFrame:
 def _tell(
     region: str, given: RegionAnswers | None, settled: Settled, rows: pd.DataFrame, n_frames: int
 ) -> None:
-    by_person = int((rows["source"] == "human").sum())
+    by_person = int((rows["source"] != "proposed").sum())
     log.info("%s: %d of %d clusters named by a person", region, by_person, len(rows))
     if settled.kept is not None:
         log.info(
@@ -199,19 +204,26 @@ def _stale(
 ) -> BadLabels:
     """The complaint about names that cannot be moved to the present clusters."""
     command = shlex.join(["mimeline", "label", "--results", str(results), "--file", str(file)])
+    copies = [kept_copy(file, region, own.model) for region, own in unsafe.items()]
     models = ", ".join(f"{given[region].model} ({region})" for region in unsafe)
-    reasons = [
-        f"{region} {cluster}: {why}"
-        for region, s in unsafe.items()
-        for cluster, why in s.unsafe.items()
-    ]
+    alike: dict[tuple[str, str], list[int]] = {}
+    for region, settled in unsafe.items():
+        for cluster, why in settled.unsafe.items():
+            alike.setdefault((region, why), []).append(cluster)
+    reasons = [f"{r} {', '.join(map(str, n))}: {why}" for (r, why), n in alike.items()]
+    if len(reasons) > MOST_REASONS:
+        reasons[MOST_REASONS:] = [f"and {len(reasons) - MOST_REASONS} more, which the page tells"]
     return BadLabels(
         file,
         place=f"region {', '.join(unsafe)}",
-        found=f"names for model {models} that cannot be moved: {'; '.join(reasons)}",
+        found=f"clusters that no name of model {models} can be moved to: {'; '.join(reasons)}",
         expected="clusters whose frames bore one name before",
-        remedy=f"Name these clusters: {command}",
+        remedy=f"Name these clusters: {command}{''.join(map(_or_take, copies))}",
     )
+
+
+def _or_take(copy: Path) -> str:
+    return f", or take the names that this very fit had: {copy}" if copy.exists() else ""
 
 
 def _check_actions(file: str, region: str, given: RegionAnswers) -> None:
@@ -230,7 +242,7 @@ def _check_actions(file: str, region: str, given: RegionAnswers) -> None:
 def _check_clusters(
     file: str, region: str, given: RegionAnswers, clusters: Collection[int]
 ) -> None:
-    named = [(n, n) for n in given.clusters]
+    named = [(n, n) for n in (*given.clusters, *given.open)]
     named += [(n, a.same_as) for n, a in given.clusters.items() if a.same_as is not None]
     for cluster, meant in named:
         if meant not in clusters:

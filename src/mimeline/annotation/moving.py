@@ -10,10 +10,11 @@ from mimeline.annotation.label_file import Answer, RegionAnswers, root
 
 LEAST_FRAMES = 50  # of a new cluster that were known before
 LEAST_INTERVALS = 3  # of the fit before that these frames lie in: one may be an odd one
-LEAST_SHARE = 0.2  # of a new cluster, where the whole fit before is known
+LEAST_SHARE = 0.05  # of a new cluster, where the whole fit before is known
 SAME_LENGTH = 0.01  # of a clip; more, and its frames are others than they were
 
 NOT_SURE = "?"
+LOST = "!"  # frames whose cluster had lost its name in a refit before
 MERGED = "="  # frames whose cluster was merged into one that nobody named
 UNNAMED = Answer(action="")  # frames that nobody answered for: their cluster had its proposal
 
@@ -49,15 +50,14 @@ def move(
     name to be moved, share of all known frames that keep theirs. A fit that keeps fewer told other
     things apart: its names mean little on the parts of its clusters, however well these agree.
     """
-    n_before = len(
-        {*given.clusters, *given.shown} if before is None else before["cluster"].unique()
-    )
+    told = {*given.clusters, *given.shown, *given.open}
+    n_before = len(told) if before is None else before["cluster"].nunique()
     coarse = n_before < min(n_names, clusters["cluster"].nunique())
     whole = before is not None
     segments = before if whole else _seen(given)
     frames = _common_frames(segments, clusters, whole)
     meanings = {int(old): meaning(given.clusters, old) for old in frames["before"].unique()}
-    borne = {old: _borne(given.clusters, old, own) for old, own in meanings.items()}
+    borne = {old: _borne(given, old, own) for old, own in meanings.items()}
     frames = frames.assign(action=frames["before"].map(borne))
     notes = frames["before"].map({old: own.note or "" for old, own in meanings.items()})
     sizes = clusters["cluster"].value_counts()
@@ -95,8 +95,10 @@ def meaning(clusters: Mapping[int, Answer], number: int) -> Answer:
     return clusters.get(root(clusters, number), UNNAMED)
 
 
-def _borne(clusters: Mapping[int, Answer], number: int, own: Answer) -> str:
-    if own is UNNAMED and number in clusters:
+def _borne(given: RegionAnswers, number: int, own: Answer) -> str:
+    if root(given.clusters, number) in given.open:
+        return LOST
+    if own is UNNAMED and number in given.clusters:
         return MERGED
     return NOT_SURE if own.action is None else own.action
 
@@ -120,7 +122,8 @@ def _common_frames(segments: pd.DataFrame, clusters: pd.DataFrame, whole: bool) 
     if whole:
         alike = (told - now).abs() <= SAME_LENGTH * now
     else:  # one that ends too late tells of another frame rate, and that of all
-        alike = (told <= now) & (told <= now).all()
+        alike = told <= (1 + SAME_LENGTH) * now
+        alike &= alike.all()
     segments = segments[segments["clip_id"].isin(alike.index[alike])].reset_index(drop=True)
     lengths = (segments["end_frame"] - segments["start_frame"]).to_numpy("int64")
     row = np.repeat(np.arange(len(segments)), lengths)  # (n_known,)
@@ -154,8 +157,13 @@ def _too_little(own: pd.DataFrame, size: int, whole: bool) -> str:
 
 
 def _too_mixed(votes: pd.Series, min_agreement: float) -> str:
-    if votes.index[0] != MERGED and votes.iloc[0] >= min_agreement * votes.sum():
+    if votes.index[0] not in (LOST, MERGED) and votes.iloc[0] >= min_agreement * votes.sum():
         return ""
-    words = {UNNAMED.action: "no name", NOT_SURE: "not sure", MERGED: "that of an unnamed cluster"}
+    words = {
+        UNNAMED.action: "no name",
+        LOST: "a lost one",
+        NOT_SURE: "not sure",
+        MERGED: "that of an unnamed cluster",
+    }
     shares = [f"{words.get(n, n)} {v / votes.sum():.0%}" for n, v in votes.iloc[:3].items()]
     return f"its frames bore {', '.join(shares)}"

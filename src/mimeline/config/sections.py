@@ -78,8 +78,8 @@ class Label(Section):
     )
     min_agreement: Share = Field(
         0.8,
-        description="share of a new cluster's frames that must have borne one name before a refit "
-        "for that name to be moved to it; else the run stops",
+        description="share of a new cluster's known frames that must have borne one name before a "
+        "refit for that name to be moved to it; else the run stops",
     )
     n_random: int = Field(2, ge=0, description="random exemplars per cluster")
     n_further: int = Field(
@@ -159,7 +159,7 @@ class Evaluate(Section):
 class Report(Section):
     title: str = Field("mimeline on the toy world", description="title of the page")
     clips: Count = Field(6, description="clips whose timelines are drawn")
-    exemplars: Count = Field(4, description="exemplars drawn per cluster")
+    exemplars: Count = Field(5, description="exemplars drawn per cluster")
     face: str | None = Field(
         None,
         description="a face to draw motion on: ICT-FaceKit, a folder of OBJ shapes, an npz; "

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from mimeline import tables
+from mimeline.annotation.annotate import unmeasured_actions
 from mimeline.annotation.region_series import RegionSeries
 from mimeline.annotation.scores import cluster_votes, macro_f1, true_codes
 from mimeline.progress import told
@@ -106,7 +107,8 @@ def series_truth(frames: pd.DataFrame, truth: Path, region: str) -> np.ndarray:
     """(n_frames,) the true class of each frame of a series, -1 where it does not count."""
     true = tables.read(tables.FRAMES, Path(truth) / "frames.parquet")
     both = frames[["clip_id", "frame"]].merge(true, how="left", validate="1:1")
-    return true_codes(both, SERIES_TRACK[region])
+    track = SERIES_TRACK[region]
+    return true_codes(both, track, unmeasured_actions(true, track))
 
 
 def best_f1(labels: np.ndarray, codes: np.ndarray, region: str) -> float:

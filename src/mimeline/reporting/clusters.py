@@ -135,7 +135,7 @@ def _region(
     rows, _ = sequences(tables.read(tables.SERIES[region, side], series))
     left_out = dead_channels(rows[list(channels)])
     rows = rows[rows["clip_id"].isin(shown["clip_id"])]
-    top = _top(rows[list(channels)].to_numpy("float64"))
+    top = scale_end(rows[list(channels)].to_numpy("float64"))
     by_clip = dict(iter(rows.groupby("clip_id")))
     rate = float(np.median(list(fps.values()))) if fps else None
     called = dict(zip(names["cluster"], names["action"].map(_called), strict=True))
@@ -209,8 +209,11 @@ def _kept(names: pd.DataFrame) -> float | None:
     return float(np.average(moved["confidence"], weights=moved["share"]))
 
 
-def _top(values: np.ndarray) -> float:
-    """The scale's end: the largest value, rounded up to a quarter."""
+def scale_end(values: np.ndarray) -> float:
+    """Where the curves' scale ends: the largest value but for outliers, up to a quarter.
+
+    values: (n, channels), NaN where not measured.
+    """
     if not len(values):
         return 1.0
     return float(max(0.25, np.ceil(np.nanquantile(values, 0.999) * 4) / 4))

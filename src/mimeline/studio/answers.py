@@ -1,5 +1,6 @@
 """A person's answers on the clusters of a run, and the label file that they are written to."""
 
+import os
 import re
 import threading
 from collections.abc import Iterable, Mapping
@@ -7,8 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from mimeline.annotation.label_file import (
+    HEADER,
     Answer,
     RegionAnswers,
+    kept_copy,
     read_label_file,
     root,
     write_label_file,
@@ -18,13 +21,14 @@ from mimeline.annotation.moving import meaning
 from mimeline.config.sections import Label
 from mimeline.errors import BadConfig, BadLabels
 from mimeline.studio.clusters_of_run import ClustersOfRun
-from mimeline.studio.watched import Stamp, is_tidy, revision, stamp, unwritten
+from mimeline.studio.handwritten import has_comments, keep, opening
+from mimeline.studio.watched import Stamp, alone, is_tidy, revision, stamp, unwritten
 from mimeline.vocabulary import NEUTRAL, SERIES_REGIONS, series_actions
 
 MOST_CHARACTERS = 40  # of a note
 NOT_SURE = Answer()
 FIRST = ""  # the person who writes label.file itself
-_NAME = re.compile(r"[A-Za-z0-9_-]{1,32}")
+_NAME = re.compile(r"[a-z0-9_-]{1,32}")  # on some disks a capital makes no other file
 
 Interval = tuple[str, int, int]
 
@@ -37,18 +41,24 @@ class Answers:
     """One person's; the file is the truth.
 
     file: the label file, which need not be there yet. Each answer is on disk when `decide` returns.
-    What others write into the file meanwhile is read before each answer, and kept.
+    What others write into the file meanwhile is read before each answer, and kept; of comments,
+    those at its top. Where there are others, `copy` is a copy of the file with them; `copies`, by
+    region, of the file before the names of an earlier fit gave way. place: the file itself, where
+    `file` is a link.
     Raises BadLabels for a file that cannot be read or does not fit the run.
     """
 
     def __init__(self, file: Path, run: ClustersOfRun):
         self.file, self.run = Path(file), run
+        self.copy: Path | None = None
+        self.copies: dict[str, Path] = {}
+        self.place = Path(os.path.realpath(file))  # a link stays one
         told = run.run.config.get("label") or {}
         self._min_agreement = float(told.get("min_agreement", Label().min_agreement))
         self._given: dict[str, RegionAnswers] = {}
         self._settled: dict[str, Settled] = {}
         self._stamp: Stamp | str = "unread"
-        self._open: dict[tuple[str, int], str] = {}  # unsafe when the region was written anew
+        self._opened: set[tuple[str, int]] = set()  # those that lost their names in a refit
         self._held: set[tuple[str, Answer]] = set()  # what is undone comes back, whatever it is
         self._lock = threading.Lock()
         self.refresh()
@@ -75,9 +85,7 @@ class Answers:
 
     def unsafe(self, region: str) -> dict[int, str]:
         """Clusters that no name could be moved to and nobody looked at since, and why."""
-        before = {n: why for (own, n), why in self._open.items() if own == region}
-        left = {n: why for n, why in before.items() if self.of(region, n) == NOT_SURE}
-        return left | dict(self._settled[region].unsafe)
+        return dict(self._settled[region].unsafe)
 
     def shown(self, region: str, cluster: int) -> tuple[Interval, ...]:
         given = self._given.get(region)
@@ -108,10 +116,11 @@ class Answers:
 
         shown: the intervals that they looked at. Returns what holds (of a merger, into the root of
         the cluster named), whether it is theirs, and the revision before. The first answer in a
-        region whose names were moved writes the whole region anew: clusters that no name could be
-        moved to are then not sure. Raises Unfit where the answer cannot be given.
+        region whose names were moved writes the whole region anew, keeps a copy of the file as it
+        was, and leaves those open that no name could be moved to. Raises Unfit where the answer
+        cannot be given.
         """
-        with self._lock:
+        with self._lock, alone(self.place):
             self._refresh()
             held, before = self.of(region, cluster), self.revision
             if self._rooted(region, held) not in [self._rooted(region, a) for a in (was, now)]:
@@ -122,8 +131,6 @@ class Answers:
             after = self._after(region, cluster, now, shown)
             if after != self._given.get(region):
                 self._write(self._given | {region: after})
-            if now == NOT_SURE and held in (None, NOT_SURE):  # they looked, and leave it so
-                self._open.pop((region, cluster), None)
             return now, True, before
 
     def _rooted(self, region: str, answer: Answer | None) -> Answer | None:
@@ -162,15 +169,19 @@ class Answers:
     ) -> RegionAnswers:
         """The region's part of the file with the answer in it."""
         settled = self._settled[region]
-        answers = dict(settled.answers) | dict.fromkeys(settled.unsafe, NOT_SURE)
+        answers, left = dict(settled.answers), {*settled.unsafe}
+        self._opened |= {(region, number) for number in left}
         answers.pop(cluster, None)
+        left.discard(cluster)
         if now is not None:
             answers[cluster] = now
+        elif (region, cluster) in self._opened:  # the answer is taken back, not the need of one
+            left.add(cluster)
         seen = self._seen(region)
         looked = tuple(dict.fromkeys([*seen.get(cluster, ()), *shown]))
         if looked:
             seen[cluster] = looked
-        return RegionAnswers(settled.model, answers, seen)
+        return RegionAnswers(settled.model, answers, seen, frozenset(left))
 
     def _seen(self, region: str) -> dict[int, tuple[Interval, ...]]:
         """What was shown of each cluster; of another fit, what now lies in one of that name."""
@@ -228,20 +239,33 @@ class Answers:
         self._given, self._settled = dict(given), settled
 
     def _write(self, answers: Mapping[str, RegionAnswers]) -> None:
-        moved = {
-            (region, n): why
-            for region, settled in self._settled.items()
-            if answers.get(region) != self._given.get(region)
-            for n, why in settled.unsafe.items()
-        }
         ordered = {name: answers[name] for name in SERIES_REGIONS if name in answers}
         try:
-            write_label_file(self.file, ordered)
+            self._keep_names(ordered)
+            write_label_file(self.place, ordered, self._opening())
         except OSError as error:
             raise unwritten(self.file, error) from error
         self._hold(ordered)
-        self._open |= moved
         self._stamp = stamp(self.file)
+
+    def _keep_names(self, after: Mapping[str, RegionAnswers]) -> None:
+        """A copy of the file where a region's names give way to those of another fit."""
+        for region, given in self._given.items():
+            if given.clusters and given.model != after[region].model:
+                copy = kept_copy(self.place, region, given.model)
+                keep(copy, self.place.read_text(encoding="utf-8"))
+                self.copies[region] = copy
+
+    def _opening(self) -> str:
+        """What the file begins with; keeps a copy of it where other comments would be lost."""
+        if self._stamp is None:
+            return HEADER
+        text = self.place.read_text(encoding="utf-8")
+        begin = opening(text)
+        if has_comments(text.removeprefix(begin)):
+            self.copy = self.place.with_name(f"{self.place.name}.bak")
+            keep(self.copy, text)
+        return begin or HEADER
 
 
 class Persons:
@@ -254,7 +278,7 @@ class Persons:
 
     def of(self, person: str) -> Answers:
         """Raises BadConfig for a name that is none, BadLabels for a file that cannot be read."""
-        refuse_name(person)
+        person = called(person)
         with self._lock:
             if person not in self._answers:
                 self._answers[person] = Answers(self.path(person), self.run)
@@ -271,12 +295,14 @@ class Persons:
         return [FIRST, *sorted(filter(_NAME.fullmatch, found))]
 
 
-def refuse_name(person: str) -> None:
-    """Raise BadConfig where a person's name cannot stand in a file's."""
-    if person != FIRST and not _NAME.fullmatch(person):
+def called(person: str) -> str:
+    """A person's name as it stands in a file's. Raises BadConfig where it cannot."""
+    name = person.lower()
+    if name != FIRST and not _NAME.fullmatch(name):
         raise BadConfig(
             "--person",
             found=repr(person),
             expected="at most 32 letters, digits, - and _",
             remedy="The name becomes a part of the file's name: choose a short one.",
         )
+    return name

@@ -14,7 +14,7 @@ import pyarrow.parquet as pq
 from mimeline import tables
 from mimeline.annotation.fitted import is_fitted, read_channels, read_fingerprint
 from mimeline.errors import BadFile, MimelineError, NoSuchFile
-from mimeline.reporting.clusters import CONTEXT_FRAMES, CONTEXT_SHARE
+from mimeline.reporting.clusters import CONTEXT_FRAMES, CONTEXT_SHARE, scale_end
 from mimeline.run import recall
 from mimeline.studio.clips_of_run import files_of
 from mimeline.studio.watched import stamp
@@ -23,7 +23,6 @@ from mimeline.vocabulary import SERIES_REGIONS, series_channels
 FURTHER = "further"  # the kind of exemplar that is for a person who is not sure
 MOST_PICTURES = 96  # of a sheet: longer stretches show every second frame, or third …
 DIGITS = 3  # of a curve's values
-ROBUST = 0.999  # quantile of the values that the scale holds
 
 
 @dataclass(frozen=True, eq=False)
@@ -155,9 +154,12 @@ class ClustersOfRun:
         except MimelineError:  # it is being fitted now
             same = False
         if not same:
+            there = self.folder.is_dir()
             raise BadFile(
                 self.folder,
-                found="another fit: the run was refitted meanwhile",
+                found="another fit: the run was refitted meanwhile"
+                if there
+                else "nothing: the results were moved or deleted",
                 expected="the clusters that this page was started with",
                 remedy="Start mimeline label again; what was answered is written.",
             )
@@ -225,7 +227,7 @@ class ClustersOfRun:
             channels,
             tuple(name for name in channels if name not in read_channels(model)),
             "",
-            _top(frames[list(channels)].to_numpy("float64")),
+            scale_end(frames[list(channels)].to_numpy("float64")),
             proposed,
             profiles,
             exemplars,
@@ -269,13 +271,6 @@ def _channels(region: str, series: Path) -> tuple[str, ...]:
     there = pq.read_schema(series).names
     sides = (series_channels(region, side) for side in ("left", "right"))
     return next(names for names in sides if set(names) <= set(there))
-
-
-def _top(values: np.ndarray) -> float:
-    """The scale's end: the largest value, rounded up to a quarter."""
-    if not len(values):
-        return 1.0
-    return float(max(0.25, np.ceil(np.nanquantile(values, ROBUST) * 4) / 4))
 
 
 def _number(value) -> float | None:

@@ -1,5 +1,6 @@
 """What people decided on clips: the list of those left out, and which were looked at."""
 
+import os
 import threading
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,7 +8,7 @@ from pathlib import Path
 from mimeline.atomic import whole
 from mimeline.clips.exclusions import COLUMNS, read_exclusions, write_exclusions
 from mimeline.errors import BadFile, unreadable
-from mimeline.studio.watched import Stamp, is_tidy, revision, stamp, unwritten
+from mimeline.studio.watched import Stamp, alone, is_tidy, revision, stamp, unwritten
 
 MOST_CHARACTERS = 200  # of a reason
 
@@ -29,7 +30,7 @@ class Decisions:
     """
 
     def __init__(self, exclusions: str | Path):
-        self.exclusions = Path(exclusions).resolve()
+        self.exclusions = Path(os.path.realpath(exclusions))  # a link stays one
         self.looked_at = self.exclusions.with_name(f"{self.exclusions.stem}.seen.txt")
         self.reasons: dict[str, str] = {}
         self.seen: set[str] = set()
@@ -55,7 +56,7 @@ class Decisions:
 
         Returns what holds, it or what somebody else decided meanwhile, and the revision before.
         """
-        with self._lock:
+        with self._lock, alone(self.exclusions):
             self._refresh()
             held, before = self.of(clip_id), self.revision
             if held not in (was, now):

@@ -21,18 +21,18 @@ from mimeline.studio.answers import (
     NOT_SURE,
     Persons,
     Unfit,
-    refuse_name,
+    called,
 )
 from mimeline.studio.clusters_of_run import FURTHER, ClustersOfRun, Exemplar
 from mimeline.studio.labelling import Labelling, as_json, command
 from mimeline.studio.pictures import COLUMNS, EDGE, Pictures
 from mimeline.studio.review import TELL
 
-PAUSE_S = 60.0  # a longer silence between two answers is no work
+PAUSE_S = 60.0  # a longer silence is no work
 
 
 class Stopwatch:
-    """How long a person worked: the time between answers, pauses left out."""
+    """How long a person worked: the time between clusters shown and answers, pauses left out."""
 
     def __init__(self, clock: Callable[[], float] = time.monotonic):
         self.active_s, self._clock, self._last = 0.0, clock, -math.inf
@@ -58,18 +58,23 @@ def serve(
     or one named after the results. person: who answers; the first is "". port: 0 for any.
     say is told what a person at the terminal has to know.
     Raises NoSuchFile where there is no run or it is not yet at exemplars; BadConfig for a person's
-    name that is none; BadLabels for a label file that cannot be read; PortTaken.
+    name that is none, or a file that the run itself writes; BadLabels for a label file that cannot
+    be read; PortTaken.
     """
-    run = ClustersOfRun(results)
+    person, run = called(person), ClustersOfRun(results)
     persons, watch = Persons(file or own_file(run), run), Stopwatch()
     answers, labelling = persons.of(person), Labelling(run, persons)
+    _refuse_own_names(answers.place, run)
     pictures = Pictures(run, (run.run.config.get("report") or {}).get("face"))
-    _expect(labelling, pictures, labelling.next(person)[:1])
-    server.serve(
-        lambda key: label(labelling, pictures, watch, person, key), port, open_browser, say
-    )
-    answers.refresh()
-    say(closing(labelling, person, watch.active_s))
+    try:
+        _expect(labelling, pictures, labelling.next(person)[:1])
+        server.serve(
+            lambda key: label(labelling, pictures, watch, person, key), port, open_browser, say
+        )
+        answers.refresh()
+        say(closing(labelling, person, watch.active_s))
+    finally:
+        pictures.end()
 
 
 def own_file(run: ClustersOfRun) -> Path:
@@ -84,12 +89,16 @@ def own_file(run: ClustersOfRun) -> Path:
 def label(
     labelling: Labelling, pictures: Pictures, watch: Stopwatch, person: str, key: str
 ) -> Flask:
-    """The page's app. person: who answers where the page does not say. key: see server.studio."""
+    """The page's app. key: see server.studio.
+
+    person: who answers where the page does not say. If that is a second one, the first is not
+    served: what they said is not to be learnt here.
+    """
     page = Blueprint("label", __name__)
     run, persons = labelling.run, labelling.persons
 
     def asked() -> str:
-        return _person(request.args.get("person", person))
+        return _person(request.args.get("person", FIRST)) or person
 
     @page.get("/")
     def index() -> str:
@@ -117,6 +126,7 @@ def label(
         ahead = [[region, cluster]]
         ahead += [which for which in labelling.next(asked()) if which != ahead[0]][:1]
         _expect(labelling, pictures, ahead)
+        watch.tick()
         return {"exemplars": [_told(e) for e in run.regions[region].exemplars.get(cluster, [])]}
 
     @page.get("/pictures/<view>/<region>/<int:cluster>/<int:rank>")
@@ -144,7 +154,8 @@ def label(
 
     @page.post("/answers")
     def answer() -> tuple[dict, int]:
-        who, region, cluster, was, now, ranks = _posted(request.get_json())
+        said, region, cluster, was, now, ranks = _posted(request.get_json())
+        who = said or person
         answers = persons.of(who)
         _refuse_unknown(run, region, cluster)
         run.refuse_refitted()
@@ -184,27 +195,40 @@ def closing(labelling: Labelling, person: str, active_s: float) -> str:
         left += answer is None
         named[region] += answer is not None and answer != NOT_SURE
     by_region = words.listing([f"{region} {named[region]} of {n}" for region, n in total.items()])
+    unsafe = sum(len(answers.settled(region).unsafe) for region in total)
+    left -= unsafe
     text = f"\n{named.total()} of {total.total()} clusters are named: {by_region}"
-    text += f", in {words.minutes(active_s)} min." if active_s else "."
+    text += f", in {_time(active_s)}." if active_s else "."
     if unsure:
-        text += f" Of {unsure} the person was not sure."
+        text += f" {unsure} {'are' if unsure > 1 else 'is'} left as not sure."
     if left:
         text += f" {left} {'are' if left > 1 else 'is'} "
         text += "left to the proposals." if person == FIRST else "not answered."
     if person != FIRST and (told := labelling.agreement(person)).get("n"):
-        both = f"{told['n']} cluster{'s' * (told['n'] != 1)} that both answered"
-        text += f"\nKappa with the first person: {words.score(told['kappa'])}, over {both}."
-    if unsafe := sum(len(answers.settled(region).unsafe) for region in total):
+        both = f"{told['n']} cluster{'s' * (told['n'] != 1)} that both named"
+        if told["kappa"] is None:
+            text += f"\nThe first person gave the same one name to all {both}: that is no kappa."
+        else:
+            text += f"\nKappa with the first person: {words.score(told['kappa'])}, over {both}."
+    if unsafe:
         text += (
             f"\nTo {unsafe} no name could be moved from the fit before: the run will stop there."
         )
     path = labelling.persons.path(person)
     if not path.exists():
         return text
+    if answers.copy:
+        text += f"\nOf {path}, the comments at its top were kept; {answers.copy} has the others."
+    for region, copy in answers.copies.items():
+        text += f"\nThe file as it was before the {region} was fitted anew: {copy}."
     text += f"\nThe names are in {path}."
     if person == FIRST:
         text += f" To run with them, up to the timelines:\n  {command(labelling)}"
     return text
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 100 else f"{words.minutes(seconds)} min"
 
 
 def _expect(labelling: Labelling, pictures: Pictures, ahead: list[list]) -> None:
@@ -233,12 +257,22 @@ def _told(exemplar: Exemplar) -> dict:
     }
 
 
+def _refuse_own_names(file: Path, run: ClustersOfRun) -> None:
+    """What the run writes itself it writes anew, or deletes before."""
+    if file.is_relative_to(run.folder.resolve()):
+        raise BadConfig(
+            "--file",
+            found=f"{file}, a file of the run itself",
+            expected=f"a place outside of {run.folder}",
+            remedy=f"Copy it, if it is there, to a place such as {file.name}, and give that one.",
+        )
+
+
 def _person(name: str) -> str:
     try:
-        refuse_name(name)
+        return called(name)
     except BadConfig as error:
         abort(400, f"A person is called by {error.expected}.")
-    return name
 
 
 def _refuse_unknown(run: ClustersOfRun, region: str, cluster: int) -> None:

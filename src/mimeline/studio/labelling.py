@@ -1,6 +1,7 @@
 """What the label page shows to a person: the run's clusters with that person's answers on them."""
 
 import math
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -14,9 +15,10 @@ from mimeline.reporting import words
 from mimeline.reporting.style import colours, readable_on
 from mimeline.studio.answers import FIRST, Answers, Persons
 from mimeline.studio.clusters_of_run import ClustersOfRun, Region
-from mimeline.vocabulary import NEUTRAL, series_actions
+from mimeline.vocabulary import ACTIONS, NEUTRAL, series_actions
 
 DARK = 1  # the page's theme, of style's two
+_ACTION = re.compile(rf"\b({'|'.join([*ACTIONS, NEUTRAL])})\b")
 
 
 class Labelling:
@@ -54,7 +56,7 @@ class Labelling:
         return self._next(self.persons.of(person), self._rows(person))
 
     def agreement(self, person: str) -> dict[str, Any]:
-        """Of the first and another person, over the clusters that both answered."""
+        """Of the first and another person, over the clusters that both named."""
         whose = (FIRST, person) if person != FIRST else ()
         first, second = [self._fresh(who) for who in whose] or ({}, {})
         found = agreement(first, second, self._proposed())
@@ -121,13 +123,13 @@ class Labelling:
             "proposed": {
                 "action": _text(proposed["action"]),
                 "confidence": _number(proposed["confidence"]),
-                "why": _text(proposed["why"]) or "",
+                "why": _plain(_text(proposed["why"]) or ""),
             }
             if told
             else None,
             "answer": as_json(answer),
             "agreement": settled.moved.get(number),
-            "unsafe": answers.unsafe(region.name).get(number, ""),
+            "unsafe": _plain(answers.unsafe(region.name).get(number, "")),
             "worth": worth,
             "n_shown": len(answers.shown(region.name, number)),
         }
@@ -176,6 +178,12 @@ def _action(name: str, key: str) -> dict[str, str]:
     colour = colours()[name][DARK]
     told = {"name": name, "words": words.spaced(name).capitalize(), "key": key}
     return told | {"colour": colour, "on": readable_on(colour)}
+
+
+def _plain(text: str) -> str:
+    """A reason with its actions and shares as the page writes them."""
+    text = _ACTION.sub(lambda found: words.spaced(found[0]), text)
+    return re.sub(r"(\d)%", r"\1 %", text)
 
 
 def _number(value) -> float | None:

@@ -9,6 +9,7 @@ import os
 import threading
 from collections import OrderedDict, defaultdict
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from functools import cached_property
 from pathlib import Path
 
@@ -49,14 +50,18 @@ class Pictures:
         self._wanted: list[Key] = []
         self._making: dict[Key, threading.Lock] = defaultdict(threading.Lock)
         self._lock = threading.Condition()
-        self._cores = threading.BoundedSemaphore(os.cpu_count() or 1)
+        self._cores = _Turns(os.cpu_count() or 1)
         self._load = threading.Lock()
         self._ahead: threading.Thread | None = None
+        self._ended = False
 
-    def sheet(self, view: str, region: str, cluster: int, rank: int) -> bytes | None:
+    def sheet(
+        self, view: str, region: str, cluster: int, rank: int, at_once: bool = True
+    ) -> bytes | None:
         """A JPEG, the frames of the exemplar left to right, then top to bottom.
 
-        None where there is no such exemplar or view, or not one of its frames could be shown.
+        at_once: before all that was asked for earlier; else when nobody waits. None where there is
+        no such exemplar or view, or not one of its frames could be shown.
         """
         key = (view, region, cluster, rank)
         exemplar = self._exemplars.get(key[1:])
@@ -66,8 +71,10 @@ class Pictures:
             making = self._making[key]
         with making:  # one thread makes it, others wait for it
             if (kept := self._kept(key)) is None:
-                with self._cores:
-                    kept = self._made(view, exemplar)
+                with self._cores.turn(at_once):
+                    kept = b"" if self._ended else self._made(view, exemplar)
+                if self._ended:
+                    return None
                 self._keep(key, kept)
         return kept or None
 
@@ -81,6 +88,14 @@ class Pictures:
                 self._ahead.start()
             self._lock.notify()
 
+    def end(self) -> None:
+        """Stop; returns when none is being made, and none will be.
+
+        A thread that is within a decoder when Python ends would bring it down.
+        """
+        self._ended = True
+        self._cores.close()
+
     def is_made(self, key: Key) -> bool:
         with self._lock:
             return key in self._sheets
@@ -91,7 +106,7 @@ class Pictures:
                 self._lock.wait_for(lambda: self._wanted)
                 key = self._wanted.pop()
             try:
-                self.sheet(*key)
+                self.sheet(*key, at_once=False)
             except Exception:
                 log.exception("sheet %s", key)  # whoever asks for it is told
 
@@ -117,6 +132,8 @@ class Pictures:
         found = False
         try:
             for frame, picture in self._makers[view](exemplar):
+                if self._ended:
+                    break
                 sheet[divmod(places[frame], COLUMNS)] = picture
                 found = True
         except MimelineError as error:  # what came before it is shown
@@ -154,3 +171,36 @@ class Pictures:
             parts.append(rows[rows["valid"]].merge(wanted, on=["clip_id", "frame"]))
         rows = pd.concat(parts).sort_values(["clip_id", "frame"])
         return dict(iter(rows.groupby("clip_id")))
+
+
+class _Turns:
+    """Lets a few threads work at a time: who came last first, as a person looks at what they asked
+    for last."""
+
+    def __init__(self, n: int):
+        self._n, self._free = n, n
+        self._waiting: list[object] = []
+        self._changed = threading.Condition()
+
+    @contextmanager
+    def turn(self, at_once: bool) -> Iterator[None]:
+        """at_once: else after everybody who waits."""
+        mine = object()
+        with self._changed:
+            self._waiting.insert(len(self._waiting) if at_once else 0, mine)
+            self._changed.wait_for(lambda: self._free and self._waiting[-1] is mine)
+            self._waiting.pop()
+            self._free -= 1
+            self._changed.notify_all()
+        try:
+            yield
+        finally:
+            with self._changed:
+                self._free += 1
+                self._changed.notify_all()
+
+    def close(self) -> None:
+        """Returns when nobody works; from then on nobody does."""
+        with self._changed:
+            self._changed.wait_for(lambda: self._free == self._n)
+            self._free = 0

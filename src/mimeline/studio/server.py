@@ -66,6 +66,7 @@ def studio(page: Blueprint, media: Media, root: Path, key: str) -> Flask:
     app.jinja_env.undefined = StrictUndefined
     app.register_error_handler(HTTPException, _refusal)
     app.register_error_handler(MimelineError, _problem)
+    app.register_error_handler(RecursionError, _too_deep)
     app.before_request(lambda: _admit(key))
     app.after_request(_sealed)
     app.register_blueprint(page)
@@ -153,6 +154,11 @@ def _refusal(error: HTTPException) -> Response:
 
 def _problem(error: MimelineError) -> Response:
     return Response(f"{error}\n", 500, mimetype="text/plain")
+
+
+def _too_deep(error: RecursionError) -> Response:
+    """JSON that is nothing but brackets; pages post no such thing."""
+    return Response("That is nested too deep.\n", 400, mimetype="text/plain")
 
 
 def _same(given: str, key: str) -> bool:

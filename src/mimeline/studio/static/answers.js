@@ -115,11 +115,13 @@ export class Answers {
     };
   }
 
-  /** Finer names in use for an action, and then for any. */
-  notes(action) {
-    const noted = this.all.filter((cluster) => cluster.answer?.note);
-    noted.sort((a, b) => (b.answer.action === action) - (a.answer.action === action));
-    return [...new Set(noted.map((cluster) => cluster.answer.note))];
+  /** Finer names as they came into use: each keeps its place, also when it is used no longer. */
+  notes() {
+    const stored = `notes-${this.person}`;
+    const used = this.all.map((cluster) => cluster.answer?.note).filter(Boolean);
+    const notes = [...new Set([...JSON.parse(sessionStorage.getItem(stored) ?? "[]"), ...used])];
+    sessionStorage.setItem(stored, JSON.stringify(notes));
+    return notes;
   }
 
   #order(next) {

@@ -37,7 +37,7 @@ function row(answers, cluster, isShown, chosen) {
   const name = element("span", "name", text);
   if (more) name.append(element("small", "", more));
   const button = element("button", `cluster ${kind}`, element("span", "number", String(cluster.number)),
-    swatch, name, element("span", "size", percent(cluster.share), bar));
+    swatch, name, element("span", "size", kind === "named" && more ? "" : percent(cluster.share)), bar);
   button.type = "button";
   button.dataset.cluster = cluster.key;
   button.setAttribute("aria-current", String(isShown));

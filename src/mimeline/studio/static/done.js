@@ -3,7 +3,11 @@
 import { isNotSure } from "./answers.js";
 import { percent } from "./cluster_list.js";
 import { byId, element, toast } from "./ground.js";
+import { agreement } from "./persons.js";
 
+const NONE = "The first person has named none of these clusters yet: there is nothing to compare.";
+
+/** open(cluster): show it. */
 export function drawDone(answers, open) {
   const { n, named, notSure, merged, moved, namedFrames, movedFrames } = answers.progress();
   const parts = [
@@ -14,6 +18,8 @@ export function drawDone(answers, open) {
   byId("done-file").textContent = answers.told.file;
   byId("done-command").textContent = answers.told.command ?? "";
   byId("done-next").hidden = !answers.told.command;
+  byId("done-alone").hidden = Boolean(answers.person);
+  byId("done-agreement").replaceChildren(...answers.person ? [agreement(answers, answers.person, NONE, open)] : []);
   const unsure = answers.all.filter(isNotSure);
   byId("done-unsure").hidden = !unsure.length;
   byId("done-list").replaceChildren(...unsure.map((cluster) => {

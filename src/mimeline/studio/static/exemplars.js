@@ -5,6 +5,8 @@ import { Sheet } from "./sheet.js";
 
 const FPS = 30; // where a clip does not say
 const KEPT = 16; // clusters whose pictures are kept
+const LEAST_S = 0.7; // a shorter interval plays slower, or nobody would see it
+const PACES = { 1: "", 2: "½ speed", 4: "¼ speed", 8: "⅛ speed" };
 
 export const KINDS = { // what a person reads
   medoid: "typical", longest: "longest", border: "least sure", random: "random", further: "further",
@@ -31,7 +33,15 @@ export class Exemplars {
   /** Have a cluster's first pictures ready before it is shown. */
   async prepare(cluster, view) {
     const exemplars = await this.of(cluster);
-    await Promise.all(firstOf(exemplars ?? []).map((one) => one.pictures(view)?.load()));
+    await Promise.all(firstOf(exemplars ?? []).map((one) => one.sheets.get(one.view(view))?.load()));
+  }
+
+  /** Of the pictures that did not come yet, wait for this cluster's alone. */
+  giveUpBut(cluster) {
+    for (const [key, asked] of this.asked) {
+      if (key === cluster?.key) continue;
+      asked.then((all) => all?.forEach((one) => one.sheets.forEach((sheet) => sheet.giveUp())));
+    }
   }
 
   async #ask(cluster) {
@@ -48,19 +58,26 @@ export class Exemplars {
 class Exemplar {
   constructor(cluster, told) {
     Object.assign(this, told, { cluster, fps: told.fps ?? FPS });
+    const lasts = (told.end - told.start) / this.fps;
+    this.slow = [1, 2, 4].find((slow) => slow * lasts >= LEAST_S) ?? 8;
     this.sheets = new Map(told.views.map((view) => [
       view, new Sheet(`/pictures/${view}/${cluster.key}/${told.rank}`, told.sheet),
     ]));
   }
 
-  /** Its pictures as wanted, else as there are. */
-  pictures(view) {
-    return this.sheets.get(view) ?? this.sheets.values().next().value;
+  /** The view that is wanted, else the one that there is; undefined: there is none. */
+  view(wanted) {
+    return this.sheets.has(wanted) ? wanted : this.views[0];
   }
 
   /** Whether a frame lies in the interval, not in what is around it. */
   holds(frame) {
     return frame >= this.start && frame < this.end;
+  }
+
+  /** How its interval plays, as a person reads it. */
+  get pace() {
+    return PACES[this.slow];
   }
 
   get length() {

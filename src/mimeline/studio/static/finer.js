@@ -3,14 +3,14 @@
 import { byId, element } from "./ground.js";
 
 const USUAL = ["strong", "moderate", "slight"];
-const MOST_SUGGESTED = 6;
+const MOST_SUGGESTED = 9; // a digit each
 
 /** chosen(note): a word or two, null for none. */
 export function askFiner(answers, cluster, chosen) {
   const { answer, region, number } = cluster;
   const words = answers.words(region, { ...answer, note: null });
   byId("finer-title").textContent = `Cluster ${number}: ${words}, and finer?`;
-  const suggested = [...new Set([...answers.notes(answer.action), ...USUAL])].slice(0, MOST_SUGGESTED);
+  const suggested = [...new Set([...USUAL, ...answers.notes()])].slice(0, MOST_SUGGESTED);
   const pick = (note) => {
     byId("finer").close();
     chosen(note || null);

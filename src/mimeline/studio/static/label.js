@@ -21,7 +21,12 @@ const AHEAD = 2; // clusters whose pictures are loaded before they are shown
 const A_ROW = 5; // exemplars more, for one who is not sure
 const SLOW_MS = 150; // what takes longer: the cards of the cluster before go at once
 const SPEEDS = [1, 0.5, 2];
-const VIEWS = { film: "Film", face: "Drawn face" };
+const VIEWS = {
+  film: ["Film", "Film, and the drawn face where there is none. V: the drawn face of all"],
+  face: ["Drawn face", "The face that the channels draw. V: the film"],
+};
+const STARTED = document.body.dataset.person; // who the page was started for
+const CHOSEN = `person-of-${STARTED}`; // who answers since, for when it is loaded anew
 
 const answers = new Answers();
 const exemplars = new Exemplars();
@@ -56,6 +61,7 @@ async function show(cluster) {
     clearCards();
     return;
   }
+  exemplars.giveUpBut(cluster);
   const slow = setTimeout(clearCards, SLOW_MS);
   const all = await exemplars.of(cluster);
   clearTimeout(slow);
@@ -79,7 +85,7 @@ function clearCards() {
 function addCards(all) {
   const most = Math.max(firstOf(all).length, shown.n_shown, looked.get(shown.key) ?? 0);
   const wanted = all.slice(cards.length, most);
-  const added = wanted.map((one) => new Card(one, shown.region.channels, shown.region.top, view, player.paused));
+  const added = wanted.map((one) => new Card(one, shown.region, view, player.paused));
   byId("cards").append(...added.map((card) => card.box));
   for (const card of added) {
     card.begin();
@@ -88,7 +94,11 @@ function addCards(all) {
   cards.push(...added);
 }
 
-function prepareNext() {
+/** Have the pictures of the clusters that come next ready, once those that are looked at are there. */
+async function prepareNext() {
+  const current = shown;
+  if (current) await exemplars.prepare(current, view);
+  if (shown !== current) return;
   const wanted = answers.next.map((key) => answers.byKey.get(key));
   const ahead = wanted.filter((cluster) => cluster && cluster !== shown && !isAnswered(cluster)).slice(0, AHEAD);
   for (const cluster of ahead) exemplars.prepare(cluster, view);
@@ -153,7 +163,6 @@ function settle(region) {
   region.moved = null;
   for (const cluster of region.clusters) {
     cluster.agreement = null;
-    if (cluster.unsafe) cluster.answer ??= NOT_SURE;
   }
 }
 
@@ -193,9 +202,18 @@ async function unsure() {
   const before = cards.length;
   addCards(all ?? []);
   redraw();
-  cards[before]?.box.scrollIntoView({ block: "nearest" });
+  scrollTo(cards.at(-1)?.box);
   const left = cluster.n_exemplars - cards.length;
   toast(`${cards.length - before} more, chosen where they tell most. X again: ${left ? `${left} more` : "leave it as not sure"}`);
+}
+
+/** Bring a card into sight, no further than needed, with whole rows above. */
+function scrollTo(box) {
+  const stage = byId("stage");
+  const top = (of) => of.offsetTop - cards[0].box.offsetTop;
+  const hidden = box ? top(box) + box.offsetHeight - stage.clientHeight : 0;
+  const tops = cards.map((card) => top(card.box));
+  if (hidden > stage.scrollTop) stage.scrollTop = Math.min(top(box), tops.find((at) => at >= hidden) ?? Infinity);
 }
 
 function merge() {
@@ -299,25 +317,32 @@ const changeSpeed = () => setSpeed(SPEEDS[(SPEEDS.indexOf(player.speed) + 1) % S
 function setView(wanted) {
   view = wanted;
   sessionStorage.setItem("view", view);
-  byId("view").textContent = VIEWS[view];
+  [byId("view").textContent, byId("view").title] = VIEWS[view];
   for (const card of cards) card.setView(view);
   prepareNext();
 }
 
 const changeView = () => setView(view === "film" ? "face" : "film");
 
-async function change(person) {
-  if (!(await answers.load(person))) return;
-  sessionStorage.setItem("person", person);
+/** Whether the server tells what a person has answered; from then on they answer. */
+async function begin(person) {
+  if (!(await answers.load(person))) return false;
   exemplars.person = person;
   undoable = new Undo(`label-${person}`);
+  byId("help-file").textContent = answers.told.file;
+  return true;
+}
+
+async function change(person) {
+  if (!(await begin(person))) return;
+  sessionStorage.setItem(CHOSEN, person);
   justNamed = null;
   looked.clear();
   toast(person ? `${person} answers now, blind` : "The first person answers now"); // and no answer of another's stands
   show(answers.mostWorth(null) ?? null);
 }
 
-const second = () => askPerson(answers, change, show);
+const second = () => askPerson(answers, STARTED, change, show);
 
 const actions = {
   " ": () => player.toggle(),
@@ -358,17 +383,20 @@ for (const button of document.querySelectorAll("[data-close]")) {
   button.addEventListener("click", () => button.closest("dialog").close());
 }
 document.addEventListener("visibilitychange", refresh);
+addEventListener("hashchange", () => {
+  const cluster = byAddress();
+  if (cluster && cluster !== shown) show(cluster);
+});
 
 // --- the beginning -----------------------------------------------------------------------------
 
+const byAddress = () => answers.byKey.get(location.hash.slice(1));
+
 async function start() {
-  const person = sessionStorage.getItem("person") ?? "";
-  if (!(await answers.load(person))) return;
-  exemplars.person = person;
-  undoable = new Undo(`label-${person}`);
+  if (!(await begin(sessionStorage.getItem(CHOSEN) ?? STARTED))) return;
   setSpeed(Number(sessionStorage.getItem("speed")) || 1);
   setView(view);
-  await show(answers.byKey.get(location.hash.slice(1)) ?? answers.mostWorth(null) ?? null);
+  await show(byAddress() ?? answers.mostWorth(null) ?? null);
   setInterval(refresh, REFRESH_MS);
 }
 

@@ -1,6 +1,7 @@
 // The dialog that asks which cluster the one shown is the same as.
 
 import { byId, element } from "./ground.js";
+import { Picture } from "./picture.js";
 import { Loop } from "./player.js";
 
 /** chosen(cluster): called with the one that it is merged into. */
@@ -17,14 +18,14 @@ export function askMerge(answers, exemplars, player, cluster, view, chosen) {
     chosen(other);
   };
   byId("merge-into").replaceChildren(...others.map((other) => {
-    const canvas = element("canvas");
+    const box = element("div", "thumbnail");
     exemplars.of(other).then((all) => {
       if (!all?.length || !byId("merge").open) return;
-      const part = thumbnail(canvas, all[0], view);
+      const part = thumbnail(box, all[0], view);
       playing.push(part);
       player.parts.add(part);
     });
-    return candidate(answers, cluster, other, canvas, pick);
+    return candidate(answers, cluster, other, box, pick);
   }));
   const number = byId("merge-number");
   number.value = "";
@@ -44,25 +45,26 @@ export function askMerge(answers, exemplars, player, cluster, view, chosen) {
 
 const compare = (a, b) => a.map((value, at) => Number(value) - Number(b[at])).find((by) => by) ?? 0;
 
-function thumbnail(canvas, exemplar, view) {
-  const loop = new Loop({ from: exemplar.start, to: exemplar.end, fps: exemplar.fps });
-  const sheet = exemplar.pictures(view);
-  sheet?.load();
+function thumbnail(box, exemplar, view) {
+  const { start, end } = exemplar;
+  const loop = new Loop({ ...exemplar, from: start, to: end });
+  const picture = new Picture(exemplar, view);
+  box.replaceChildren(picture.box);
   return {
     advance(seconds) {
       loop.advance(seconds);
-      sheet?.draw(canvas, loop.frame);
+      picture.draw(loop.frame);
     },
     step: (by) => loop.step(by),
   };
 }
 
-function candidate(answers, cluster, other, canvas, pick) {
+function candidate(answers, cluster, other, picture, pick) {
   const action = answers.action(other);
   const name = other.answer ? answers.words(other.region, other.answer) : action ? `${action.words}, proposed` : "no name yet";
   const swatch = element("i", "swatch");
   if (action) swatch.style.setProperty("--of", action.colour);
-  const made = element("button", "candidate", canvas,
+  const made = element("button", "candidate", picture,
     element("span", "", element("kbd", "", String(other.number)), swatch, name),
     element("small", "", other.number === cluster.nearest ? "closest" : ""));
   made.type = "button";

@@ -6,7 +6,7 @@ export class Player {
   /** toggled(paused): called when it begins or ends to stand still. */
   constructor({ toggled }) {
     this.toggled = toggled;
-    this.parts = new Set(); // what plays: advance(seconds), step(frames)
+    this.parts = new Set(); // what plays: advance(seconds), step(frames), perhaps rest(), when all stands still
     this.speed = 1;
     this.paused = matchMedia("(prefers-reduced-motion: reduce)").matches;
     requestAnimationFrame((now) => this.#tick(now, now));
@@ -15,6 +15,7 @@ export class Player {
 
   toggle() {
     this.paused = !this.paused;
+    if (this.paused) for (const part of this.parts) part.rest?.();
     this.toggled(this.paused);
   }
 
@@ -31,22 +32,38 @@ export class Player {
   }
 }
 
-/** A place in frames [from, to) that goes round. */
+/** A place in frames [from, to) that goes round, within [start, end) so many times slower. */
 export class Loop {
-  constructor({ from, to, fps }, at = from) {
-    Object.assign(this, { from, to, fps, at });
+  constructor({ from, to, start, end, fps, slow }) {
+    Object.assign(this, { from, to, start, end, fps, slow, at: from });
   }
 
   get frame() {
     return Math.floor(this.at);
   }
 
+  toMiddle() {
+    this.at = Math.floor((this.start + this.end) / 2);
+  }
+
   advance(seconds) {
-    this.#go(this.at + seconds * this.fps);
+    for (let left = seconds; left > 0;) {
+      const [bound, fps] = this.#stretch();
+      const needed = (bound - this.at) / fps;
+      if (left < needed) this.at += left * fps;
+      else this.#go(bound);
+      left -= needed;
+    }
   }
 
   step(by) {
     this.#go(this.frame + by);
+  }
+
+  /** Up to where it goes at which pace, from where it is. */
+  #stretch() {
+    if (this.at < this.start) return [this.start, this.fps];
+    return this.at < this.end ? [this.end, this.fps / this.slow] : [this.to, this.fps];
   }
 
   #go(at) {

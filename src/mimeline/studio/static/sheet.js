@@ -5,23 +5,37 @@ export class Sheet {
   constructor(path, { edge, columns, frames }) {
     Object.assign(this, { path, edge, columns, frames });
     this.image = null;
+    this.pending = null;
   }
 
-  /** Whether the picture came; asked for once where it did. */
+  /** Whether the picture came, undefined where it was given up; asked for once where it came. */
   load() {
-    this.coming ??= (async () => {
-      const image = new Image();
-      image.src = this.path;
-      try {
-        await image.decode();
-      } catch {
-        this.coming = null; // asked for again when it is wanted again
-        return false;
-      }
-      this.image = image;
-      return true;
-    })();
+    if (!this.coming) {
+      this.pending = new Image();
+      this.coming = this.#load(this.pending);
+    }
     return this.coming;
+  }
+
+  /** No longer wanted: the browser has few places in its queue. */
+  giveUp() {
+    if (this.image || !this.coming) return;
+    const image = this.pending;
+    this.pending = this.coming = null;
+    image.src = "";
+  }
+
+  async #load(image) {
+    image.src = this.path;
+    try {
+      await image.decode();
+    } catch {
+      if (this.pending !== image) return undefined;
+      this.coming = null; // asked for again when it is wanted again
+      return false;
+    }
+    this.image = image;
+    return true;
   }
 
   /** Draw a frame, or the last one before it that the sheet has; false: it is not there yet. */
