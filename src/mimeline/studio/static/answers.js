@@ -27,16 +27,11 @@ export class Answers {
     const { status, body } = await ask(`/state?person=${encodeURIComponent(person)}`);
     alarm(status === 200 ? "" : body);
     if (status !== 200) return false;
-    const unsafe = new Map(this.all.map((cluster) => [cluster.key, cluster.unsafe]));
-    const goesOn = this.person === person;
     Object.assign(this, { person, told: body, regions: body.regions, revision: body.revision });
     for (const region of this.regions) {
       for (const cluster of region.clusters) {
         cluster.region = region;
         cluster.key = `${region.name}/${cluster.number}`;
-        // the first answer writes what could not be moved as "not sure": it still wants a person
-        const held = goesOn && unsafe.get(cluster.key);
-        if (held && cluster.answer !== null && same(cluster.answer, NOT_SURE)) cluster.unsafe = held;
       }
       region.clusters.sort((a, b) => Boolean(b.unsafe) - Boolean(a.unsafe) || a.number - b.number);
     }

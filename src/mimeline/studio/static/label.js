@@ -136,7 +136,8 @@ function drawMoved(region) {
   if (!region.moved) return;
   const { kept, known } = region.moved;
   const unknown = known !== null && known < 0.995 ? `; ${percent(1 - known)} of the frames are new` : "";
-  byId("moved-text").textContent = `${titled(region.name)}: names moved from the fit before. ${percent(kept)} of the frames keep theirs${unknown}.`;
+  byId("moved-text").textContent = kept === 0 ? `${titled(region.name)}: fitted anew, and no name of the fit before could be moved.`
+    : `${titled(region.name)}: names moved from the fit before. ${percent(kept)} of the frames keep theirs${unknown}.`;
   const safe = region.clusters.filter(isMoved).length;
   byId("keep-all").hidden = !safe;
   byId("keep-all").textContent = safe === 1 ? "Keep the name" : `Keep all ${safe} names`;
@@ -158,12 +159,10 @@ function set(cluster, now, unsafe = "") {
   return step;
 }
 
-/** What the server writes of a region whose names were moved: they hold, the rest is not sure. */
+/** What the server writes of a region whose names were moved: they hold, the rest stays open. */
 function settle(region) {
   region.moved = null;
-  for (const cluster of region.clusters) {
-    cluster.agreement = null;
-  }
+  for (const cluster of region.clusters) cluster.agreement = null;
 }
 
 function say(now) {
