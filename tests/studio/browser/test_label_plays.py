@@ -21,6 +21,8 @@ def label(label, drawn_once) -> LabelPage:
     label.open("brow/0")
     told = first_exemplar(drawn_once, "brow/0")
     expect(label.cards.first).to_have_attribute("title", told)
+    for card in label.cards.all():
+        expect(card.locator(".none")).to_be_hidden()  # its picture has come
     return label
 
 

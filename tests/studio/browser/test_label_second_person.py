@@ -5,7 +5,7 @@ from playwright.sync_api import Page, expect
 from mimeline.annotation.label_file import Answer
 
 from .label_page import LabelPage
-from .tabs import take_picture
+from .tabs import take_picture, until
 
 KEYS = {"brow/0": "1", "brow/1": "0", "brow/3": "2", "eye/1": "2"}  # of the first person
 UP, DOWN, WIDEN = Answer("BrowUp"), Answer("BrowDown"), Answer("EyeWiden")
@@ -73,3 +73,50 @@ def test_two_persons_are_compared_and_where_they_differ_is_a_click_away(label):
     label.press("u")  # the first person's last answer, not the second's
     label.writes("eye/1", None)
     assert label.written(own)["eye/1"] == WIDEN
+
+
+def test_a_page_started_for_a_person_is_theirs_and_blind_from_its_first_request(
+    serve, tabs, labelled_once, tmp_path
+):
+    first = tmp_path / "names.yaml"
+    own = first.with_name("names.bo.yaml")
+    words = ("label", "--results", labelled_once)
+    served = serve(*words, "--person", "bo", "--file", file=first)
+    label = LabelPage(tabs.open(served.address), first)
+    who = label.page.locator("#who")
+    expect(who).to_have_text("bo answers, blind")
+    asked = [url for url in tabs.requested if "/state" in url]
+    assert asked and all(url.endswith("person=bo") for url in asked)
+    expect(label.page.locator("#help-file")).to_have_text(str(own))
+    label.press("p")
+    expect(label.page.locator("#person")).to_be_visible()
+    expect(label.page.get_by_role("button", name="Back to the first person")).to_have_count(0)
+    label.press("Escape")
+    rows = label.row().count()
+    for _ in range(rows):
+        shown = label.shown
+        label.press("0")
+        expect(label.row(shown)).to_have_attribute("aria-current", "false")
+    done = label.page.locator("#done")
+    expect(done.locator("#done-file")).to_have_text(str(own))
+    expect(done).to_contain_text("The first person has named none of these clusters yet")
+    expect(done.get_by_role("button", name="Second person")).to_be_hidden()
+    until(label.page, "location.hash == ''")
+    take_picture(label.page, "label_done_second")
+    label.writes(shown, Answer("Neutral"), own)
+    assert not first.exists()
+
+
+def test_the_same_tab_begins_anew_as_whom_the_page_was_started_for(
+    serve, tabs, labelled_once, tmp_path
+):
+    words = ("label", "--results", labelled_once)
+    file = tmp_path / "names.yaml"
+    served = serve(*words, "--person", "bo", "--file", file=file)
+    label = LabelPage(tabs.open(served.address), file)
+    second_person(label.page, "cy")
+    label.page.goto("about:blank")
+    served.end()
+    again = serve(*words, "--person", "di", "--file", file=file, port=served.port)
+    label.page.goto(again.address)
+    expect(label.page.locator("#who")).to_have_text("di answers, blind")

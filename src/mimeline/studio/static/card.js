@@ -53,6 +53,7 @@ export class Card {
   /** A short interval would mostly be missed: it stands still on its middle. */
   rest() {
     if (this.exemplar.slow > 1) this.loop.toMiddle();
+    this.advance(0);
   }
 
   remove() {

@@ -4,7 +4,7 @@ import uPlot from "./vendor/uplot.js";
 import { element } from "./ground.js";
 
 const HEIGHT = 62; // in px, before the page is laid out
-const QUARTERS = [0.25, 0.5, 0.75]; // of a channel's full range, each a hairline
+const QUARTERS = [0.25, 0.5, 0.75, 1]; // of a channel's full range, each a hairline
 const LINES = ["--line-a", "--line-b", "--line-c"];
 
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();

@@ -69,6 +69,7 @@ async function show(cluster) {
   clearCards();
   addCards(all ?? []);
   byId("stage").scrollTop = 0;
+  byId("legend").style.marginBottom = "";
   redraw(); // how many there are is known now
   prepareNext();
 }
@@ -201,18 +202,21 @@ async function unsure() {
   const before = cards.length;
   addCards(all ?? []);
   redraw();
-  scrollTo(cards.at(-1)?.box);
+  if (cards.length) showLastRow();
   const left = cluster.n_exemplars - cards.length;
   toast(`${cards.length - before} more, chosen where they tell most. X again: ${left ? `${left} more` : "leave it as not sure"}`);
 }
 
-/** Bring a card into sight, no further than needed, with whole rows above. */
-function scrollTo(box) {
-  const stage = byId("stage");
-  const top = (of) => of.offsetTop - cards[0].box.offsetTop;
-  const hidden = box ? top(box) + box.offsetHeight - stage.clientHeight : 0;
-  const tops = cards.map((card) => top(card.box));
-  if (hidden > stage.scrollTop) stage.scrollTop = Math.min(top(box), tops.find((at) => at >= hidden) ?? Infinity);
+/** Bring the last row into sight, no further than needed, with whole rows above. */
+function showLastRow() {
+  const [stage, legend] = [byId("stage"), byId("legend")];
+  const tops = cards.map((card) => card.box.offsetTop - cards[0].box.offsetTop);
+  const last = tops.at(-1);
+  const hidden = last + cards.at(-1).box.offsetHeight - stage.clientHeight;
+  if (hidden <= stage.scrollTop) return;
+  const wanted = Math.min(last, tops.find((top) => top >= hidden) ?? last);
+  legend.style.marginBottom = `${Math.max(0, wanted + stage.clientHeight - stage.scrollHeight)}px`;
+  stage.scrollTop = wanted;
 }
 
 function merge() {

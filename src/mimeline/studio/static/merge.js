@@ -1,5 +1,6 @@
 // The dialog that asks which cluster the one shown is the same as.
 
+import { colourOf } from "./cluster_list.js";
 import { byId, element } from "./ground.js";
 import { Picture } from "./picture.js";
 import { Loop } from "./player.js";
@@ -18,7 +19,7 @@ export function askMerge(answers, exemplars, player, cluster, view, chosen) {
     chosen(other);
   };
   byId("merge-into").replaceChildren(...others.map((other) => {
-    const box = element("div", "thumbnail");
+    const box = element("div", "thumbnail", element("p", "none", "Loading …"));
     exemplars.of(other).then((all) => {
       if (!all?.length || !byId("merge").open) return;
       const part = thumbnail(box, all[0], view);
@@ -63,7 +64,7 @@ function candidate(answers, cluster, other, picture, pick) {
   const action = answers.action(other);
   const name = other.answer ? answers.words(other.region, other.answer) : action ? `${action.words}, proposed` : "no name yet";
   const swatch = element("i", "swatch");
-  if (action) swatch.style.setProperty("--of", action.colour);
+  if (action) swatch.style.setProperty("--of", colourOf(action));
   const made = element("button", "candidate", picture,
     element("span", "", element("kbd", "", String(other.number)), swatch, name),
     element("small", "", other.number === cluster.nearest ? "closest" : ""));
