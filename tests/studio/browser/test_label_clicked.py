@@ -182,6 +182,25 @@ def test_what_is_told_anew_while_exemplars_come_does_not_hold_them_up(label, tab
     expect(label.cards.first).to_be_visible()
 
 
+def test_a_finer_name_does_not_overwrite_what_was_said_elsewhere_meanwhile(label, tabs, served):
+    label.open("brow/3")
+    label.press("1")
+    label.writes("brow/3", UP)
+    label.press("f")
+    expect(label.page.locator("dialog[open]")).to_be_visible()
+    other = LabelPage(tabs.open(served.address), label.file)
+    other.open("brow/3")
+    other.press("0")
+    other.writes("brow/3", NEUTRAL)
+    label.page.evaluate("document.dispatchEvent(new Event('visibilitychange'))")
+    expect(label.row("brow/3")).to_contain_text("Neutral")
+    label.page.bring_to_front()
+    label.page.keyboard.type("strong")
+    label.press("Enter")
+    label.says("answered elsewhere meanwhile")
+    assert label.written() == {"brow/3": NEUTRAL}
+
+
 def test_what_is_answered_while_the_server_is_away_is_written_when_it_is_back(
     serve, tabs, labelled_once, tmp_path
 ):

@@ -225,7 +225,15 @@ function showLastRow() {
 function merge() {
   if (!shown) return;
   const cluster = shown;
-  askMerge(answers, exemplars, player, cluster, view, (other) => isShown(cluster) && say(sameAs(other.number)));
+  askMerge(answers, exemplars, player, cluster, view, (other) => isShown(cluster) && still(cluster) && say(sameAs(other.number)));
+}
+
+/** What a dialog asked about, as it is told now; null, and said, where it was answered elsewhere meanwhile. */
+function still(cluster) {
+  const told = answers.byKey.get(cluster.key);
+  if (told && same(told.answer, cluster.answer)) return told;
+  toast(`${titled(cluster.region.name)} ${cluster.number} was answered elsewhere meanwhile: it stays as it is`);
+  return null;
 }
 
 /** For the cluster shown where it has a name, else for the one that was just named. */
@@ -238,7 +246,7 @@ function finer() {
   }
   askFiner(answers, cluster, (note) => {
     const now = named(cluster.answer.action, note);
-    const told = answers.byKey.get(cluster.key);
+    const told = still(cluster);
     if (!told || same(told.answer, now)) return;
     undoable.push(set(told, now));
     toast(`${titled(told.region.name)} ${told.number}: ${answers.words(told.region, now)}`);
