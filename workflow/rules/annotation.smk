@@ -94,6 +94,69 @@ rule sweep:
         "../scripts/sweep.py"
 
 
+rule experiment_region:
+    input:
+        clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
+        motions=expand("<results>/ingest/{shard}/motion.parquet", shard=SHARDS),
+        units=expand("<results>/ingest/{shard}/action_units.parquet", shard=SHARDS),
+        origins=expand("<results>/ingest/{shard}/origins.parquet", shard=SHARDS),
+        rules=resource("proposals.csv"),
+        descriptors=resource("action_units.csv"),
+        truth=TRUTH,
+    output:
+        found="<results>/experiments/{region}.parquet",
+    log:
+        "<logs>/experiments/{region}.log",
+    benchmark:
+        "<benchmarks>/experiments/{region}.tsv"
+    threads: 1
+    resources:
+        mem_mb=3000,
+    params:
+        experiments=lookup("experiments", within=config),
+        n_clusters=lookup("sweep/n_clusters", within=config),
+        betas=lookup("sweep/beta", within=config),
+        segment=lookup("segment/{region}", within=config),
+        side=lookup("series/side", within=config),
+        null_length=lookup("series/null_length", within=config),
+        null_value=lookup("series/null_value", within=config),
+        gmm_components=lookup("evaluate/gmm_components", within=config),
+        truth=listing(config["evaluate"]["truth"]),
+        code=code_digest("mimeline.evaluation.experiments"),
+    message:
+        "The paper's experiments on the {wildcards.region} series"
+    script:
+        "../scripts/experiment_region.py"
+
+
+rule experiments:
+    input:
+        found=expand("<results>/experiments/{region}.parquet", region=SERIES_REGIONS),
+        annotation="<results>/evaluate/annotation/metrics.parquet",
+        paper=resource("paper_scores.csv"),
+    output:
+        page="<results>/experiments/index.html",
+        summary="<results>/experiments/summary.parquet",
+    log:
+        "<logs>/experiments.log",
+    benchmark:
+        "<benchmarks>/experiments.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        n_clusters=[config["segment"][r]["n_clusters"] for r in SERIES_REGIONS],
+        beta=[config["segment"][r]["beta"] for r in SERIES_REGIONS],
+        claspy=lookup("experiments/claspy", within=config),
+        resamples=lookup("evaluate/bootstrap", within=config),
+        seed=lookup("evaluate/seed", within=config),
+        code=code_digest("mimeline.reporting.experiments"),
+    message:
+        "The experiments beside the paper's numbers"
+    script:
+        "../scripts/experiments.py"
+
+
 rule exemplars:
     input:
         series=expand("<results>/series/{region}.parquet", region=SERIES_REGIONS),
@@ -193,6 +256,7 @@ rule evaluate_annotation:
         truth=TRUTH,
     output:
         metrics="<results>/evaluate/annotation/metrics.parquet",
+        confusion="<results>/evaluate/annotation/confusion.parquet",
     log:
         "<logs>/evaluate/annotation.log",
     benchmark:
@@ -204,6 +268,7 @@ rule evaluate_annotation:
         side=lookup("series/side", within=config),
         annotate=lookup("annotate", within=config),
         gmm_components=lookup("evaluate/gmm_components", within=config),
+        overlap=lookup("evaluate/overlap", within=config),
         resamples=lookup("evaluate/bootstrap", within=config),
         seed=lookup("evaluate/seed", within=config),
         truth=listing(config["evaluate"]["truth"]),

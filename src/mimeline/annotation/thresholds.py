@@ -9,11 +9,13 @@ import pandas as pd
 @dataclass(frozen=True)
 class Limits:
     """closed: eyeBlink, mean of both eyes, from which they are closed. gaze_deg, head_deg: degrees
-    from which an angle counts. min_frames: shorter intervals, of any track, become neutral."""
+    from which an angle counts. hysteresis: share of a limit that an action which has begun may fall
+    below it. min_frames: shorter intervals, of any track, become neutral."""
 
     closed: float
     gaze_deg: float
     head_deg: float
+    hysteresis: float
     min_frames: int
 
 

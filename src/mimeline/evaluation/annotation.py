@@ -36,9 +36,11 @@ def evaluate_annotation(
     rules: Path,
     truth: Path | None,
     metrics: Path,
+    confusion: Path,
     side: str,
     annotate: dict,
     gmm_components: int,
+    overlap: float,
     resamples: int,
     seed: int,
 ) -> None:
@@ -54,6 +56,7 @@ def evaluate_annotation(
     if truth is None:
         reason = "no truth is known for these recordings"
         tables.write(tables.METRICS, tables.empty(tables.METRICS), metrics, reason)
+        tables.write(tables.CONFUSION, tables.empty(tables.CONFUSION), confusion, reason)
         return
     true = tables.read(tables.FRAMES, Path(truth) / "frames.parquet")
     kept = tables.read_all(tables.CLIPS, clips, ["clip_id"])["clip_id"]
@@ -96,6 +99,7 @@ def evaluate_annotation(
     table = pd.DataFrame(rows, columns=tables.METRICS.schema.names)
     reason = "" if rows else "truth and annotation measure no frame in common"
     tables.write(tables.METRICS, table, metrics, reason)
+    tables.write(tables.CONFUSION, tables.empty(tables.CONFUSION), confusion, "nothing counts yet")
 
 
 def oracle(truth: pd.DataFrame, clusters: pd.DataFrame, region: str) -> pd.DataFrame:

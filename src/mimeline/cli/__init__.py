@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 from mimeline import __version__
+from mimeline.cli import timelines
 from mimeline.errors import MimelineError
 
 
@@ -148,6 +149,34 @@ def _parser() -> argparse.ArgumentParser:
         help="the list to write, and to go on with where it is there",
     )
     review.set_defaults(run=_review)
+
+    rate = commands.add_parser(
+        "rate",
+        parents=[of_a_run, with_a_page],
+        help="judge in a browser, blind, whether timelines fit what is seen",
+        description="Serve a page on this machine alone that shows clips with timelines, in random "
+        "order and without saying who made them; a person answers on five points.",
+    )
+    rate.add_argument("--person", required=True, help="who rates")
+    rate.add_argument("--pairs", type=int, default=15, help="pairs of each kind")
+    rate.add_argument("--seed", type=int, default=0, help="seed of the pairs that are drawn")
+    rate.add_argument(
+        "--file",
+        type=Path,
+        help="the CSV of answers to write, and to go on with where it is there; without it "
+        "config/ratings/<name of the results>.csv",
+    )
+    rate.set_defaults(run=_rate)
+
+    ratings = commands.add_parser(
+        "ratings",
+        parents=[for_programs],
+        help="what people answered on the pages of `rate`, with intervals",
+    )
+    ratings.add_argument("files", nargs="+", type=Path, metavar="FILE", help="a CSV of answers")
+    ratings.set_defaults(run=_ratings)
+
+    timelines.add(commands, of_a_run, for_programs)
     return parser
 
 
@@ -206,6 +235,29 @@ def _review(arguments: argparse.Namespace) -> int:
     from mimeline.studio.review import serve
 
     serve(arguments.results, arguments.exclusions, arguments.port, not arguments.no_browser)
+    return 0
+
+
+def _rate(arguments: argparse.Namespace) -> int:
+    from mimeline.studio.rate import serve
+
+    serve(
+        arguments.results,
+        arguments.file,
+        arguments.person,
+        arguments.pairs,
+        arguments.seed,
+        arguments.port,
+        not arguments.no_browser,
+    )
+    return 0
+
+
+def _ratings(arguments: argparse.Namespace) -> int:
+    from mimeline.studio import ratings
+
+    found = ratings.ratings(arguments.files)
+    _say(ratings.as_json(found) if arguments.json else ratings.as_text(found))
     return 0
 
 
