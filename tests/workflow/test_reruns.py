@@ -53,6 +53,7 @@ USERS: dict[str, set[str]] = {
         "segment",
         "sweep_region",
         "experiment_region",
+        "experiments",
         "exemplars",
         "evaluate_annotation",
         "report",
@@ -67,10 +68,15 @@ USERS: dict[str, set[str]] = {
         for region in SERIES_REGIONS
         for key in ("n_clusters", "beta")
     },
+    **{
+        f"segment.{region}.boundary": {
+            *("segment", "sweep_region", "experiment_region", "experiments")
+        }
+        for region in SERIES_REGIONS
+    },
     "sweep": {"sweep_region", "experiment_region"},
     "sweep.seeds": {"sweep_region"},
     "experiments": {"experiment_region"},
-    "experiments.claspy": {"experiment_region", "experiments"},
     "label": {"exemplars"},
     "label.file": {"label"},
     "label.min_agreement": {"label"},
@@ -86,7 +92,7 @@ USERS: dict[str, set[str]] = {
         "experiment_region",
         "report",
     },
-    "evaluate.gmm_components": {"evaluate_annotation", "experiment_region"},
+    "evaluate.gmm_components": {"evaluate_annotation"},
     "evaluate.overlap": {"evaluate_annotation"},
     "evaluate.bootstrap": {"evaluate_annotation", "evaluate", "experiments"},
     "evaluate.seed": {"evaluate_annotation", "evaluate_labelling", "experiments"},

@@ -47,6 +47,7 @@ rule segment:
 
 rule sweep_region:
     input:
+        clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
         series="<results>/series/{region}.parquet",
         truth=TRUTH,
     output:
@@ -99,12 +100,11 @@ rule experiment_region:
         clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
         motions=expand("<results>/ingest/{shard}/motion.parquet", shard=SHARDS),
         units=expand("<results>/ingest/{shard}/action_units.parquet", shard=SHARDS),
-        origins=expand("<results>/ingest/{shard}/origins.parquet", shard=SHARDS),
         rules=resource("proposals.csv"),
-        descriptors=resource("action_units.csv"),
         truth=TRUTH,
     output:
         found="<results>/experiments/{region}.parquet",
+        left_out="<results>/experiments/{region}-left-out.parquet",
     log:
         "<logs>/experiments/{region}.log",
     benchmark:
@@ -120,7 +120,6 @@ rule experiment_region:
         side=lookup("series/side", within=config),
         null_length=lookup("series/null_length", within=config),
         null_value=lookup("series/null_value", within=config),
-        gmm_components=lookup("evaluate/gmm_components", within=config),
         truth=listing(config["evaluate"]["truth"]),
         code=code_digest("mimeline.evaluation.experiments"),
     message:
@@ -132,6 +131,9 @@ rule experiment_region:
 rule experiments:
     input:
         found=expand("<results>/experiments/{region}.parquet", region=SERIES_REGIONS),
+        left_out=expand(
+            "<results>/experiments/{region}-left-out.parquet", region=SERIES_REGIONS
+        ),
         annotation="<results>/evaluate/annotation/metrics.parquet",
         paper=resource("paper_scores.csv"),
     output:
@@ -145,9 +147,11 @@ rule experiments:
     resources:
         mem_mb=1000,
     params:
-        n_clusters=[config["segment"][r]["n_clusters"] for r in SERIES_REGIONS],
-        beta=[config["segment"][r]["beta"] for r in SERIES_REGIONS],
-        claspy=lookup("experiments/claspy", within=config),
+        configured=[
+            {key: config["segment"][region][key] for key in ("n_clusters", "beta", "boundary")}
+            for region in SERIES_REGIONS
+        ],
+        side=lookup("series/side", within=config),
         resamples=lookup("evaluate/bootstrap", within=config),
         seed=lookup("evaluate/seed", within=config),
         code=code_digest("mimeline.reporting.experiments"),
@@ -281,6 +285,7 @@ rule evaluate_annotation:
 
 rule evaluate_labelling:
     input:
+        clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
         clusters=expand(
             "<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS
         ),

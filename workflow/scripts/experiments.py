@@ -9,13 +9,13 @@ if TYPE_CHECKING:
 with stage(snakemake) as job:
     experiments(
         found=by_region(job.input.found),
+        left_out=by_region(job.input.left_out),
         annotation=job.input.annotation,
         paper=job.input.paper,
         page=job.output.page,
         summary=job.output.summary,
-        n_clusters=job.params.n_clusters,
-        beta=job.params.beta,
-        claspy=job.params.claspy,
+        configured=job.params.configured,
+        side=job.params.side,
         resamples=job.params.resamples,
         seed=job.params.seed,
         address=snakemake.output.page,

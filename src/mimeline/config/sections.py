@@ -166,7 +166,10 @@ class TimelineSampling(Section):
 
 class Evaluate(Section):
     truth: str | None = Field(
-        None, description="folder with frames.parquet made by people or planted; null: the toy's"
+        None,
+        description="what the annotation is scored against: a folder of timelines, a file per clip "
+        "(.eaf, .TextGrid, .json, .csv, .vtt, .txt; `mimeline timeline export` makes them to be "
+        "corrected), one such file, or a folder with frames.parquet; null: the toy's",
     )
     gmm_components: Count = Field(8, description="components of the GMM baseline")
     overlap: Positive = Field(

@@ -427,6 +427,18 @@ EXPERIMENTS = declare(
     key=["region", "experiment", "setting", "seed", "clip_id", "truth", "found"],
 )
 
+LEFT_OUT = declare(
+    "left_out",
+    {
+        "region": (pa.string(), False, _isin(SERIES_REGIONS)),
+        "experiment": _TEXT,
+        "setting": _TEXT,
+        "reason": _TEXT,
+    },
+    order=[],
+    key=["region", "experiment", "setting"],
+)
+
 CONFUSION = declare(
     "confusion",
     {
