@@ -3,7 +3,7 @@ import random
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mimeline.clips.description.stretches import Run, Stretch, runs
+from mimeline.clips.description.stretches import Run, Stretch, runs, without_flicker
 from mimeline.clips.description.telling import told
 
 MIN_S = 1.0
@@ -36,7 +36,7 @@ def clips(draw):
 def test_away_from_changes_a_stretch_has_exactly_what_lasts_then(clip):
     intervals, duration_s = clip
     all_runs = runs(intervals, duration_s)
-    lasting = [run for run in all_runs if run.seconds >= MIN_S - 1e-6]
+    lasting = [run for run in without_flicker(all_runs) if run.seconds >= MIN_S - 1e-6]
     parts = split(all_runs, duration_s)
     changes = [edge for run in lasting for edge in (run.start_s, run.end_s)]
     for tenth in range(int(duration_s * 10)):

@@ -167,6 +167,21 @@ def test_two_tabs_do_not_overwrite_each_other(label, tabs, served):
     tabs.expect("Failed to load resource: .*409 .*")
 
 
+def test_what_is_told_anew_while_exemplars_come_does_not_hold_them_up(label, tabs, served):
+    other = LabelPage(tabs.open(served.address), label.file)
+    held = []
+    label.page.route("**/exemplars/mouth/4*", lambda route: held.append(route))
+    label.row("mouth/4").click()
+    expect(label.cards).to_have_count(0)
+    other.open("brow/3")
+    other.press("1")
+    other.writes("brow/3", UP)
+    label.page.evaluate("document.dispatchEvent(new Event('visibilitychange'))")
+    expect(label.row("brow/3")).to_contain_text("Brow up")
+    held[0].continue_()
+    expect(label.cards.first).to_be_visible()
+
+
 def test_what_is_answered_while_the_server_is_away_is_written_when_it_is_back(
     serve, tabs, labelled_once, tmp_path
 ):

@@ -65,7 +65,7 @@ async function show(cluster) {
   const slow = setTimeout(clearCards, SLOW_MS);
   const all = await exemplars.of(cluster);
   clearTimeout(slow);
-  if (shown !== cluster) return; // it was left meanwhile
+  if (!isShown(cluster)) return; // it was left meanwhile
   clearCards();
   addCards(all ?? []);
   byId("stage").scrollTop = 0;
@@ -73,6 +73,9 @@ async function show(cluster) {
   redraw(); // how many there are is known now
   prepareNext();
 }
+
+/** What is told of a cluster may have been loaded anew since. */
+const isShown = (cluster) => shown?.key === cluster.key;
 
 function clearCards() {
   for (const card of cards) {
@@ -198,7 +201,7 @@ async function unsure() {
   }
   looked.set(cluster.key, Math.min(cluster.n_exemplars, cards.length + A_ROW));
   const all = await exemplars.of(cluster);
-  if (shown !== cluster) return;
+  if (!isShown(cluster)) return;
   const before = cards.length;
   addCards(all ?? []);
   redraw();
@@ -222,7 +225,7 @@ function showLastRow() {
 function merge() {
   if (!shown) return;
   const cluster = shown;
-  askMerge(answers, exemplars, player, cluster, view, (other) => shown === cluster && say(sameAs(other.number)));
+  askMerge(answers, exemplars, player, cluster, view, (other) => isShown(cluster) && say(sameAs(other.number)));
 }
 
 /** For the cluster shown where it has a name, else for the one that was just named. */
@@ -235,9 +238,10 @@ function finer() {
   }
   askFiner(answers, cluster, (note) => {
     const now = named(cluster.answer.action, note);
-    if (same(cluster.answer, now)) return;
-    undoable.push(set(cluster, now));
-    toast(`${titled(cluster.region.name)} ${cluster.number}: ${answers.words(cluster.region, now)}`);
+    const told = answers.byKey.get(cluster.key);
+    if (!told || same(told.answer, now)) return;
+    undoable.push(set(told, now));
+    toast(`${titled(told.region.name)} ${told.number}: ${answers.words(told.region, now)}`);
     redraw();
   });
 }
@@ -385,7 +389,6 @@ byId("keep-all").addEventListener("click", keepAll);
 for (const button of document.querySelectorAll("[data-close]")) {
   button.addEventListener("click", () => button.closest("dialog").close());
 }
-document.addEventListener("visibilitychange", refresh);
 addEventListener("hashchange", () => {
   const cluster = byAddress();
   if (cluster && cluster !== shown) show(cluster);
@@ -401,6 +404,7 @@ async function start() {
   setView(view);
   await show(byAddress() ?? answers.mostWorth(null) ?? null);
   setInterval(refresh, REFRESH_MS);
+  document.addEventListener("visibilitychange", refresh);
 }
 
 start();
