@@ -35,8 +35,8 @@ def clips(draw):
 @given(clips())
 def test_away_from_changes_a_stretch_has_exactly_what_lasts_then(clip):
     intervals, duration_s = clip
-    all_runs = runs(intervals, duration_s)
-    lasting = [run for run in without_flicker(all_runs) if run.seconds >= MIN_S - 1e-6]
+    all_runs = without_flicker(runs(intervals, duration_s))
+    lasting = [run for run in all_runs if run.seconds >= MIN_S - 1e-6]
     parts = split(all_runs, duration_s)
     changes = [edge for run in lasting for edge in (run.start_s, run.end_s)]
     for tenth in range(int(duration_s * 10)):
@@ -52,7 +52,7 @@ def test_away_from_changes_a_stretch_has_exactly_what_lasts_then(clip):
 @given(clips())
 def test_no_action_is_lost_whatever_is_joined(clip):
     intervals, duration_s = clip
-    all_runs = runs(intervals, duration_s)
+    all_runs = without_flicker(runs(intervals, duration_s))
     parts = split(all_runs, duration_s)
     said = {name for part in parts for name in part.throughout}
     said |= {run.name for part in parts for run in part.passing}
@@ -62,7 +62,7 @@ def test_no_action_is_lost_whatever_is_joined(clip):
 @given(clips())
 def test_what_lasts_has_a_stretch_and_what_passes_is_in_the_one_around_its_middle(clip):
     intervals, duration_s = clip
-    for run in (all_runs := runs(intervals, duration_s)):
+    for run in (all_runs := without_flicker(runs(intervals, duration_s))):
         middle = (run.start_s + run.end_s) / 2
         parts = split(all_runs, duration_s)
         if run.seconds >= MIN_S - 1e-6:
@@ -94,7 +94,7 @@ def test_stretches_follow_each_other_inside_the_clip(clip):
 @given(clips(), st.integers(1, 4), st.integers(10, 60))
 def test_a_busy_clip_is_told_in_few_stretches_and_what_they_say_is_seen(clip, most, words):
     intervals, duration_s = clip
-    all_runs = runs(intervals, duration_s)
+    all_runs = without_flicker(runs(intervals, duration_s))
     parts = told(all_runs, duration_s, MIN_S, most, words, {}, lambda name: 2)
     assert len(parts) <= most
     for part in parts:
