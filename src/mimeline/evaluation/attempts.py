@@ -12,7 +12,7 @@ from mimeline.annotation.region_series import RegionSeries
 from mimeline.annotation.scores import cluster_votes
 from mimeline.annotation.series import sequences
 from mimeline.evaluation.annotation import by_thresholds
-from mimeline.evaluation.baselines import by_clap, by_hidden_markov, by_mixture
+from mimeline.evaluation.baselines import UNTRIED, by_clap, by_hidden_markov, by_mixture
 from mimeline.evaluation.descriptors import both_sides, measured_units, one_side, ruled_units
 from mimeline.ticc import TICC
 from mimeline.ticc.selection import along_betas
@@ -187,7 +187,8 @@ def _by_clap(series: RegionSeries, plan: Plan, seed: int) -> pd.DataFrame:
         raise LeftOut(NO_CLASPY)
     _allow(series, plan, {})
     labels = by_clap(series.values(), series.lengths, plan.claspy, seed)
-    return judged(series.frames, labels, plan.region)
+    tried = labels != UNTRIED
+    return judged(series.frames[tried], labels[tried], plan.region)
 
 
 def judged(frames: pd.DataFrame, labels: np.ndarray, region: str) -> pd.DataFrame:

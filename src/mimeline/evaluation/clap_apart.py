@@ -12,6 +12,8 @@ import numpy as np
 CHANGE_WINDOW, STATE_WINDOW = 5, 10
 # Segments of at least so many windows: the least that three neighbours allow, 20 frames.
 LEAST_WINDOWS, NEIGHBOURS = 4, 3
+# The default classifier, ROCKET, takes the level out of each window, and so does ClaSP's distance.
+CLASSIFIER, DISTANCE = "rdst", "euclidean_distance"
 # ClaSP's test for significance (p < 1e-30) asks for more frames than a clip has.
 VALIDATION, LEAST_SCORE = "score_threshold", 0.75
 
@@ -27,7 +29,7 @@ def states(values: np.ndarray, lengths: np.ndarray, seed: int) -> np.ndarray:
     if not len(changes):
         return np.zeros(len(values), dtype="int64")
     clap = AgglomerativeCLaPDetection(
-        window_size=STATE_WINDOW, classifier="rdst", n_jobs=1, random_state=seed
+        window_size=STATE_WINDOW, classifier=CLASSIFIER, n_jobs=1, random_state=seed
     )
     _, labels = np.unique(clap.fit_predict(values, changes), return_inverse=True)
     return labels
@@ -49,7 +51,7 @@ def change_points(values: np.ndarray, lengths: np.ndarray, seed: int) -> np.ndar
                 window_size=CHANGE_WINDOW,
                 k_neighbours=NEIGHBOURS,
                 excl_radius=LEAST_WINDOWS,
-                distance="euclidean_distance",
+                distance=DISTANCE,
                 validation=VALIDATION,
                 threshold=LEAST_SCORE,
                 n_jobs=1,
