@@ -17,7 +17,7 @@ from mimeline.annotation.region_model import read_models
 from mimeline.annotation.thresholds import Limits
 from mimeline.vocabulary import ACTIONS, CHANNELS, TRACKS, series_actions, track_actions
 
-LIMITS = {"closed": 0.5, "gaze_deg": 8.0, "head_deg": 8.0}
+LIMITS = {"closed": 0.5, "gaze_deg": 8.0, "head_deg": 8.0, "hysteresis": 0.0}
 NAMES = {
     "brow": ["Neutral", "BrowUp", "BrowDown", "BrowUp"],
     "eye": ["Neutral", "EyeSquint", "EyeWiden"],

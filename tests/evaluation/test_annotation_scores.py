@@ -1,3 +1,5 @@
+from typing import NamedTuple
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -10,7 +12,7 @@ from mimeline.annotation.thresholds import Limits
 from mimeline.evaluation.annotation import by_thresholds, evaluate_annotation, oracle
 from mimeline.vocabulary import ACTIONS, SERIES_REGIONS, resource, series_channels
 
-ANNOTATE = {"closed": 0.5, "gaze_deg": 8.0, "head_deg": 8.0, "min_frames": 1}
+ANNOTATE = {"closed": 0.5, "gaze_deg": 8.0, "head_deg": 8.0, "hysteresis": 0.0, "min_frames": 1}
 RULES = read_rules(resource("proposals.csv"))
 CLIPS, LENGTH = ["a", "b", "c"], 60
 STATE = np.arange(len(CLIPS) * LENGTH) // 10 % 3  # neutral, BrowUp, BrowDown
@@ -29,6 +31,12 @@ def frames_of(keys, **marks) -> pd.DataFrame:
 
 def brow(state) -> dict:
     return {"BrowUp": state == 1, "BrowDown": state == 2}
+
+
+class Scored(NamedTuple):
+    metrics: pd.DataFrame
+    confusion: pd.DataFrame
+    reason: str
 
 
 @pytest.fixture
@@ -72,7 +80,7 @@ def world(tmp_path):
             tables.write(tables.SERIES["brow", "left"], table, series["brow"])
             rows = keys.assign(cluster=clusters, margin=1.0)
             tables.write(tables.CLUSTERS, rows, assigned["brow"])
-        out = tmp_path / "metrics.parquet"
+        out, shares = tmp_path / "metrics.parquet", tmp_path / "confusion.parquet"
         evaluate_annotation(
             [tmp_path / "clips.parquet"],
             [tmp_path / "motion.parquet"],
@@ -82,20 +90,27 @@ def world(tmp_path):
             resource("proposals.csv"),
             tmp_path / "truth" if truth is not None else None,
             out,
+            shares,
             side="left",
             annotate=ANNOTATE,
             gmm_components=3,
+            overlap=0.5,
             resamples=50,
             seed=0,
         )
-        return tables.read(tables.METRICS, out).set_index(["variant", "metric"]), tables.reason(out)
+        assert tables.reason(out) == tables.reason(shares)
+        return Scored(
+            tables.read(tables.METRICS, out).set_index(["variant", "metric"]),
+            tables.read(tables.CONFUSION, shares).set_index(["variant", "track", "truth", "found"]),
+            tables.reason(out),
+        )
 
     return world
 
 
 def test_clusters_that_tell_the_states_apart_score_one_by_oracle_names(world):
     swapped = np.array([4, 0, 2])[STATE]
-    metrics, _ = world(swapped, predicted=np.zeros_like(STATE))
+    metrics, *_ = world(swapped, predicted=np.zeros_like(STATE))
     assert metrics.loc[("oracle", "f1_brow"), ["value", "low", "high"]].tolist() == [1, 1, 1]
     assert metrics.loc[("gmm", "f1_brow"), "value"] == pytest.approx(1)
     assert metrics.loc[("named", "f1_brow"), "value"] == pytest.approx((2 / 4) / 3)
@@ -103,26 +118,64 @@ def test_clusters_that_tell_the_states_apart_score_one_by_oracle_names(world):
 
 
 def test_thresholds_name_each_frame_whatever_its_cluster(world):
-    metrics, _ = world(np.zeros_like(STATE), predicted=np.zeros_like(STATE))
+    metrics, *_ = world(np.zeros_like(STATE), predicted=np.zeros_like(STATE))
     assert metrics.loc[("thresholds", "f1_brow"), "value"] == 1
     assert metrics.loc[("oracle", "f1_brow"), "value"] == pytest.approx((2 / 4) / 3)
 
 
 def test_what_was_not_measured_has_no_row(world):
-    metrics, _ = world(STATE)
-    assert set(metrics.index.get_level_values("metric")) == {"f1_brow"}
+    metrics, confusion, _ = world(STATE)
+    regions = metrics.index.get_level_values("metric").str.rpartition("_").get_level_values(2)
+    assert set(regions) == {"brow"}
+    assert set(confusion.index.get_level_values("track")) == {"brow"}
 
 
 def test_scores_repeat_for_a_seed(world):
     wrong = np.where(np.arange(len(STATE)) % 7 == 0, 0, STATE)
-    first, again = (world(wrong, predicted=wrong)[0] for _ in range(2))
-    pd.testing.assert_frame_equal(first, again)
-    assert (first["low"] <= first["value"]).all()
-    assert (first["value"] <= first["high"]).all()
+    first, again = (world(wrong, predicted=wrong) for _ in range(2))
+    pd.testing.assert_frame_equal(first.metrics, again.metrics)
+    pd.testing.assert_frame_equal(first.confusion, again.confusion)
+    for table, value in ((first.metrics, "value"), (first.confusion, "share")):
+        assert (table["low"] <= table[value]).all()
+        assert (table[value] <= table["high"]).all()
+
+
+LATE = np.roll(STATE, 2)  # every edge two frames late, but for what is cut off at the ends
+
+
+def test_intervals_and_their_edges_are_scored_beside_the_frames(world):
+    metrics, *_ = world(STATE, predicted=LATE)
+    named = metrics.loc["named"]
+    assert named.loc["segment_precision_brow", "value"] == 12 / 15  # each clip begins with a piece
+    assert named.loc["segment_recall_brow", "value"] == 1
+    assert named.loc["start_bias_brow", "value"] == named.loc["end_mean_brow", "value"] == 2
+    assert named.loc["boundary_within_2_brow", "value"] == 1
+    assert named.loc["segment_recall_brow", "n"] == 12
+    perfect = metrics.loc["oracle"]["value"]
+    assert perfect["segment_f1_brow"] == 1
+    assert perfect["boundary_mean_brow"] == perfect["start_bias_brow"] == 0
+
+
+def test_a_score_without_a_value_has_no_row(world):
+    metrics, *_ = world(STATE, predicted=np.zeros_like(STATE))
+    assert metrics.loc[("named", "segment_recall_brow"), "value"] == 0
+    assert ("named", "segment_precision_brow") not in metrics.index
+    assert ("named", "boundary_mean_brow") not in metrics.index
+
+
+def test_what_each_true_action_was_found_to_be_is_told_with_its_share(world):
+    raised = np.where(STATE == 2, 1, STATE)
+    _, confusion, _ = world(STATE, predicted=raised)
+    own = confusion.loc[("named", "brow")]
+    assert own.loc[("BrowDown", "BrowUp"), "frames"] == (STATE == 2).sum()
+    assert own.loc[("BrowDown", "BrowUp"), ["share", "low", "high"]].tolist() == [1, 1, 1]
+    assert own.loc[("Neutral", "BrowUp"), "share"] == 0
+    assert own.groupby("truth")["share"].sum().tolist() == [1, 1, 1]
+    assert own["frames"].sum() == len(STATE)
 
 
 def test_where_no_region_was_segmented_the_annotation_is_scored_all_the_same(world):
-    metrics, _ = world(None)
+    metrics, *_ = world(None)
     assert metrics.loc[("named", "f1_brow"), "value"] == 1
     assert "f1_brow" not in metrics.drop("named").index.get_level_values("metric")
 
@@ -153,14 +206,14 @@ def test_thresholds_do_not_tell_an_action_whose_channel_never_moves():
 
 
 def test_without_a_truth_the_table_is_empty_and_says_so(world):
-    metrics, reason = world(STATE, truth=None)
-    assert metrics.empty
+    metrics, confusion, reason = world(STATE, truth=None)
+    assert metrics.empty and confusion.empty
     assert reason == "no truth is known for these recordings"
 
 
 def test_a_truth_that_measures_something_else_leaves_an_empty_table_that_says_so(world):
-    metrics, reason = world(STATE, truth={"HeadUp": STATE == 1, "HeadDown": STATE == 2})
-    assert metrics.empty
+    metrics, confusion, reason = world(STATE, truth={"HeadUp": STATE == 1, "HeadDown": STATE == 2})
+    assert metrics.empty and confusion.empty
     assert reason == "truth and annotation measure no frame in common"
 
 

@@ -213,6 +213,7 @@ def run(brow, tmp_path):
         exemplars = shown[tables.EXEMPLARS.schema.names]
         tables.write(tables.EXEMPLARS, exemplars, tmp_path / "exemplars.parquet", "none")
         evaluate_labelling(
+            [],
             {"brow": tmp_path / "brow.parquet", "eye": tmp_path / "eye.parquet"},
             tmp_path / "labels.parquet",
             tmp_path / "exemplars.parquet",

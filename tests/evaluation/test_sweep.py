@@ -50,6 +50,7 @@ def run(eyes, tmp_path):
         tables.write(tables.FRAMES, truth, tmp_path / "truth" / "frames.parquet")
         scores = tmp_path / "scores.parquet"
         sweep(
+            clips=[],
             series=tmp_path / "series.parquet",
             truth=tmp_path / "truth" if known else None,
             scores=scores,
@@ -150,21 +151,19 @@ def test_a_channel_that_never_moves_is_left_out(run):
     assert reason == "never moves: eyeSquintLeft, eyeWideLeft"
 
 
-def test_frames_with_closed_eyes_or_without_a_truth_do_not_count(eyes, tmp_path):
+def test_frames_with_closed_eyes_or_without_a_truth_do_not_count(eyes):
     frames, truth = eyes
     closed = truth["frame"] == 25
     told = truth.assign(EyeClose=closed)[truth["frame"] != 50]
-    tables.write(tables.FRAMES, told, tmp_path / "frames.parquet")
-    codes = series_truth(frames, tmp_path, "eye")
+    codes = series_truth(frames, told, "eye")
     assert set(frames.loc[codes == -1, "frame"]) == {25, 50}
     assert codes[[0, 21, 41]].tolist() == [0, 1, 2]
 
 
-def test_an_action_that_the_truth_does_not_tell_hides_no_other(eyes, tmp_path):
+def test_an_action_that_the_truth_does_not_tell_hides_no_other(eyes):
     frames, truth = eyes
     untold = truth.assign(EyeWiden=pd.array([pd.NA] * len(truth), dtype="boolean"))
-    tables.write(tables.FRAMES, untold, tmp_path / "frames.parquet")
-    codes = series_truth(frames, tmp_path, "eye")
+    codes = series_truth(frames, untold, "eye")
     assert (codes == truth["EyeSquint"]).all()
 
 

@@ -14,7 +14,7 @@ from mimeline.evaluation.timeline import (
 )
 from mimeline.vocabulary import ACTIONS, CHANNELS
 
-ANNOTATE = {"closed": 0.5, "gaze_deg": 8.0, "head_deg": 8.0, "min_frames": 1}
+ANNOTATE = {"closed": 0.5, "gaze_deg": 8.0, "head_deg": 8.0, "hysteresis": 0.0, "min_frames": 1}
 OPTIONS = {"sampler_steps": 3, "guidance": 2.0, "timelines": 3, "seed": 0}
 
 

@@ -24,7 +24,7 @@ SOURCES = {
     "max_mb": 100.0,
     "timeout_s": 60.0,
 }
-LIMITS = {"closed": 0.5, "gaze_deg": 8.0, "head_deg": 8.0, "min_frames": 1}
+LIMITS = {"closed": 0.5, "gaze_deg": 8.0, "head_deg": 8.0, "hysteresis": 0.0, "min_frames": 1}
 
 
 def _ledger(path: Path, stage: str, rows: list[dict]) -> Path:
@@ -287,6 +287,31 @@ def _full(
         for variant, value in (("named", 0.91), ("oracle", 0.93), ("gmm", 0.85))
         for region in ("brow", "eye", "mouth", "gaze")
     ]
+    scored += [
+        {"model": "annotation", "variant": "named", "part": "all", "metric": f"{name}_brow", "n": n}
+        | {"value": value, "low": value - 0.1, "high": value + 0.1}
+        for name, value, n in (
+            ("segment_f1", 0.8, 12),
+            ("segment_precision", 0.75, 16),
+            ("segment_recall", 0.87, 12),
+            ("start_mean", 1.5, 10),
+            ("start_bias", -0.52, 10),
+            ("end_mean", 2.25, 9),
+            ("end_bias", 0.01, 9),
+            ("boundary_within_2", 0.8, 19),
+        )
+    ]
+    taken = [
+        {"variant": "named", "track": "brow", "truth": truth, "found": found, "frames": n}
+        | {"share": n / 30, "low": n / 30 - 0.05, "high": min(n / 30 + 0.05, 1)}
+        for truth, row in (("BrowUp", (3, 27)), ("Neutral", (28, 2)))
+        for found, n in zip(("Neutral", "BrowUp"), row, strict=True)
+    ]
+    taken += [
+        {"variant": "named", "track": "brow", "truth": truth, "found": "BrowDown", "frames": 0}
+        | {"share": 0.0, "low": 0.0, "high": 0.0}
+        for truth in ("BrowUp", "Neutral")
+    ]
     followed = [
         {"model": "timeline", "variant": variant, "part": "test", "metric": metric, "n": 1}
         | {"value": value, "low": value, "high": value}
@@ -333,6 +358,7 @@ def _full(
         ),
         "statistics": _write(tables.STATISTICS, share, at / "statistics.parquet"),
         "annotation_metrics": _write(tables.METRICS, scored, at / "annotation.parquet"),
+        "confusion": _write(tables.CONFUSION, taken, at / "confusion.parquet"),
         "labelling": _write(tables.METRICS, looked(), at / "labelling.parquet"),
         "models": ["timeline"],
         "checkpoints": [checkpoint],
@@ -341,6 +367,7 @@ def _full(
         "truth": truth,
         "face": None,
         "annotate": LIMITS,
+        "overlap": 0.5,
         "side": "left",
         "options": OPTIONS,
     }
@@ -373,6 +400,7 @@ def empty_run(tmp_path: Path) -> dict:
         "weights": tables.WEIGHTS,
         "split": tables.SPLIT,
         "annotation_metrics": tables.METRICS,
+        "confusion": tables.CONFUSION,
         "statistics": tables.STATISTICS,
     }
     single = {n: _write(t, [], at / f"{n}_e.parquet", f"{n}: {why}") for n, t in kinds.items()}
@@ -398,6 +426,7 @@ def empty_run(tmp_path: Path) -> dict:
         "truth": None,
         "face": None,
         "annotate": LIMITS,
+        "overlap": 0.5,
         "side": "left",
         "data": at,
         "sources": SOURCES,

@@ -2,6 +2,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from mimeline import tables
 from mimeline.reporting import words
 from mimeline.reporting.channels import channels
 from mimeline.reporting.confusion import matrices
@@ -9,6 +10,7 @@ from mimeline.reporting.dots import dot_chart
 from mimeline.reporting.drawing import Scale, curve, second_ticks, ticks
 from mimeline.reporting.filmstrip import places
 from mimeline.reporting.gauge import WIDTH, gauge
+from mimeline.reporting.interval_scores import Value, lines
 from mimeline.reporting.scores import scores
 from mimeline.reporting.timelines import choose, stretches
 from mimeline.reporting.training import loss_curve
@@ -141,17 +143,29 @@ def test_a_channel_tells_why_it_is_absent_or_what_a_face_model_kept_of_it(run):
     assert [(m.name, m.quality) for m in found.mapped] == [("browInnerUp", pytest.approx(0.62))]
 
 
-def test_a_confusion_matrix_tells_shares_of_the_true_frames():
-    marks = pd.DataFrame(False, index=range(4), columns=list(ACTIONS)).astype("boolean")
-    frames = pd.concat([pd.DataFrame({"clip_id": "a", "frame": range(4)}), marks], axis=1)
-    truth = frames.assign(BrowUp=pd.array([True, True, True, False], dtype="boolean"))
-    found = frames.assign(BrowUp=pd.array([True, True, False, False], dtype="boolean"))
-    brow = next(matrix for matrix in matrices(found, truth) if matrix.region == "brow")
-    assert brow.names == ["Neutral", "BrowUp", "BrowDown"]
-    assert [(row.action, row.frames) for row in brow.rows] == [("Neutral", 1), ("BrowUp", 3)]
-    shares = [(share, right) for share, _, right in brow.rows[1].cells]
-    assert shares == [(pytest.approx(1 / 3), False), (pytest.approx(2 / 3), True), (0, False)]
-    assert matrices(found, None) == []
+def test_a_confusion_matrix_tells_shares_of_the_true_frames_and_their_intervals(run, empty_run):
+    brow = matrices(run()["confusion"])
+    assert [matrix.track for matrix in brow] == ["brow"]
+    assert brow[0].names == ["Neutral", "BrowUp", "BrowDown"]
+    assert [(row.action, row.frames) for row in brow[0].rows] == [("Neutral", 30), ("BrowUp", 30)]
+    missed, met, never = brow[0].rows[1].cells
+    assert (missed.text, missed.spread, missed.right) == ("10 %", "5.0–15", False)
+    assert (met.share, met.text, met.right) == (0.9, "90 %", True)
+    assert (never.share, never.text, never.spread) == (0, "", "")
+    title = "brow up, taken for neutral: 10 % of 30 frames, 95 % interval 5.0 to 15.0 %"
+    assert missed.title == title
+    assert matrices(empty_run["confusion"]) == []
+
+
+def test_a_line_tells_whether_the_edges_of_a_regions_intervals_are_early_or_late(run):
+    (line,) = lines(
+        tables.read(tables.METRICS, run()["annotation_metrics"]), {"brow": "brow"}, ["named", "gmm"]
+    )
+    assert (line.region, line.variant, line.found, line.true) == ("brow", "named", 16, 12)
+    assert line.precision == Value("0.75", "0.65–0.85")
+    assert line.start == Value("1.50", "1.40–1.60", "0.52 early")
+    assert line.end.remark == "on time"
+    assert line.within == Value("80 %", "70–90")
 
 
 def test_an_action_has_no_share_where_its_absence_is_never_known(run):

@@ -13,6 +13,7 @@ from mimeline.studio.decisions import Decisions
 from mimeline.studio.pictures import Pictures
 from mimeline.studio.review import clips_with_films, review
 
+from . import rated_run
 from .fitted_run import HOSTILE, LabelPage, make
 
 KEY = "the-key"
@@ -169,3 +170,16 @@ def label_page(pictures, names):
         return LabelPage(own, names, person)
 
     return open_page
+
+
+@pytest.fixture(scope="session")
+def rated_once(tmp_path_factory) -> Path:
+    """Results whose timelines can be judged: all kinds of pairs, some with films."""
+    results = tmp_path_factory.mktemp("rated") / "results"
+    rated_run.make(results)
+    return results
+
+
+@pytest.fixture
+def rated(rated_once, tmp_path) -> Path:
+    return shutil.copytree(rated_once, tmp_path / "results")

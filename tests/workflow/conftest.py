@@ -114,7 +114,7 @@ def job_params(tmp_path_factory):
                     snakefile=CHECKOUT / "Snakefile",
                     workdir=workdir,
                 )
-                settings = DAGSettings(targets={"all", "sweep"}, forceall=True)
+                settings = DAGSettings(targets={"all", "sweep", "experiments"}, forceall=True)
                 workflow.dag(settings)
                 inner = workflow._workflow  # the public interface prints, but does not give, jobs
                 inner.dag_settings = settings

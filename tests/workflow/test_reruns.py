@@ -52,19 +52,31 @@ USERS: dict[str, set[str]] = {
         "series",
         "segment",
         "sweep_region",
+        "experiment_region",
+        "experiments",
         "exemplars",
         "evaluate_annotation",
         "report",
     },
-    "series.null_length": {"series", "segment", "sweep_region"},
-    "series.null_value": {"series", "segment", "sweep_region"},
-    "segment": {"segment", "sweep_region"},
+    "series.null_length": {"series", "segment", "sweep_region", "experiment_region"},
+    "series.null_value": {"series", "segment", "sweep_region", "experiment_region"},
+    "segment": {"segment", "sweep_region", "experiment_region"},
     **{
-        f"segment.{region}.{key}": {"segment", "sweep_region", "sweep"}
+        f"segment.{region}.{key}": {
+            *("segment", "sweep_region", "sweep", "experiment_region", "experiments")
+        }
         for region in SERIES_REGIONS
         for key in ("n_clusters", "beta")
     },
-    "sweep": {"sweep_region"},
+    **{
+        f"segment.{region}.boundary": {
+            *("segment", "sweep_region", "experiment_region", "experiments")
+        }
+        for region in SERIES_REGIONS
+    },
+    "sweep": {"sweep_region", "experiment_region"},
+    "sweep.seeds": {"sweep_region"},
+    "experiments": {"experiment_region"},
     "label": {"exemplars"},
     "label.file": {"label"},
     "label.min_agreement": {"label"},
@@ -73,10 +85,17 @@ USERS: dict[str, set[str]] = {
     "describe.balance": {"describe", "report"},
     "split": {"split"},
     "train.timeline": {"train"},
-    "evaluate.truth": {"evaluate_annotation", "evaluate_labelling", "sweep_region", "report"},
+    "evaluate.truth": {
+        "evaluate_annotation",
+        "evaluate_labelling",
+        "sweep_region",
+        "experiment_region",
+        "report",
+    },
     "evaluate.gmm_components": {"evaluate_annotation"},
-    "evaluate.bootstrap": {"evaluate_annotation", "evaluate"},
-    "evaluate.seed": {"evaluate_annotation", "evaluate_labelling"},
+    "evaluate.overlap": {"evaluate_annotation"},
+    "evaluate.bootstrap": {"evaluate_annotation", "evaluate", "experiments"},
+    "evaluate.seed": {"evaluate_annotation", "evaluate_labelling", "experiments"},
     "evaluate.looks": {"evaluate_labelling"},
     "evaluate.timeline": {"evaluate"},
     "report": {"report"},
@@ -205,7 +224,13 @@ def test_a_key_changes_the_params_of_exactly_the_rules_that_use_it(
 def test_a_region_of_segment_changes_that_region_alone(job_params):
     before, after = job_params({}), job_params({"segment": {"eye": {"beta": 9}}})
     changed = {job for job in before if before[job] != after[job]}
-    assert changed == {("segment", ("eye",)), ("sweep_region", ("eye",)), ("sweep", ())}
+    assert changed == {
+        ("segment", ("eye",)),
+        ("sweep_region", ("eye",)),
+        ("sweep", ()),
+        ("experiment_region", ("eye",)),
+        ("experiments", ()),
+    }
 
 
 @pytest.mark.parametrize("name", typing.get_args(Catalogue.model_fields["format"].annotation))

@@ -47,6 +47,7 @@ rule segment:
 
 rule sweep_region:
     input:
+        clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
         series="<results>/series/{region}.parquet",
         truth=TRUTH,
     output:
@@ -92,6 +93,72 @@ rule sweep:
         "Drawing the scores over cluster counts and betas"
     script:
         "../scripts/sweep.py"
+
+
+rule experiment_region:
+    input:
+        clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
+        motions=expand("<results>/ingest/{shard}/motion.parquet", shard=SHARDS),
+        units=expand("<results>/ingest/{shard}/action_units.parquet", shard=SHARDS),
+        rules=resource("proposals.csv"),
+        truth=TRUTH,
+    output:
+        found="<results>/experiments/{region}.parquet",
+        left_out="<results>/experiments/{region}-left-out.parquet",
+    log:
+        "<logs>/experiments/{region}.log",
+    benchmark:
+        "<benchmarks>/experiments/{region}.tsv"
+    threads: 1
+    resources:
+        mem_mb=3000,
+    params:
+        experiments=lookup("experiments", within=config),
+        n_clusters=lookup("sweep/n_clusters", within=config),
+        betas=lookup("sweep/beta", within=config),
+        segment=lookup("segment/{region}", within=config),
+        side=lookup("series/side", within=config),
+        null_length=lookup("series/null_length", within=config),
+        null_value=lookup("series/null_value", within=config),
+        truth=listing(config["evaluate"]["truth"]),
+        code=code_digest("mimeline.evaluation.experiments"),
+    message:
+        "The paper's experiments on the {wildcards.region} series"
+    script:
+        "../scripts/experiment_region.py"
+
+
+rule experiments:
+    input:
+        found=expand("<results>/experiments/{region}.parquet", region=SERIES_REGIONS),
+        left_out=expand(
+            "<results>/experiments/{region}-left-out.parquet", region=SERIES_REGIONS
+        ),
+        annotation="<results>/evaluate/annotation/metrics.parquet",
+        paper=resource("paper_scores.csv"),
+    output:
+        page="<results>/experiments/index.html",
+        summary="<results>/experiments/summary.parquet",
+    log:
+        "<logs>/experiments.log",
+    benchmark:
+        "<benchmarks>/experiments.tsv"
+    threads: 1
+    resources:
+        mem_mb=1000,
+    params:
+        configured=[
+            {key: config["segment"][region][key] for key in ("n_clusters", "beta", "boundary")}
+            for region in SERIES_REGIONS
+        ],
+        side=lookup("series/side", within=config),
+        resamples=lookup("evaluate/bootstrap", within=config),
+        seed=lookup("evaluate/seed", within=config),
+        code=code_digest("mimeline.reporting.experiments"),
+    message:
+        "The experiments beside the paper's numbers"
+    script:
+        "../scripts/experiments.py"
 
 
 rule exemplars:
@@ -193,6 +260,7 @@ rule evaluate_annotation:
         truth=TRUTH,
     output:
         metrics="<results>/evaluate/annotation/metrics.parquet",
+        confusion="<results>/evaluate/annotation/confusion.parquet",
     log:
         "<logs>/evaluate/annotation.log",
     benchmark:
@@ -204,6 +272,7 @@ rule evaluate_annotation:
         side=lookup("series/side", within=config),
         annotate=lookup("annotate", within=config),
         gmm_components=lookup("evaluate/gmm_components", within=config),
+        overlap=lookup("evaluate/overlap", within=config),
         resamples=lookup("evaluate/bootstrap", within=config),
         seed=lookup("evaluate/seed", within=config),
         truth=listing(config["evaluate"]["truth"]),
@@ -216,6 +285,7 @@ rule evaluate_annotation:
 
 rule evaluate_labelling:
     input:
+        clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
         clusters=expand(
             "<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS
         ),

@@ -31,6 +31,7 @@ rule report:
         weights="<results>/describe/weights.parquet",
         statistics="<results>/split/statistics.parquet",
         annotation_metrics="<results>/evaluate/annotation/metrics.parquet",
+        confusion="<results>/evaluate/annotation/confusion.parquet",
         labelling="<results>/evaluate/labelling/metrics.parquet",
         checkpoints=expand(
             "<results>/train/{model}/checkpoint", model=config["train"]["models"]
@@ -69,6 +70,7 @@ rule report:
         },
         balance=lookup("describe/balance", within=config),
         annotate=lookup("annotate", within=config),
+        overlap=lookup("evaluate/overlap", within=config),
         truth=listing(config["evaluate"]["truth"]),
         face=listing(config["report"]["face"]),
         code=code_digest("mimeline.reporting.report"),

@@ -16,9 +16,11 @@ with stage(snakemake) as job:
         rules=job.input.rules,
         truth=job.input.truth or None,
         metrics=job.output.metrics,
+        confusion=job.output.confusion,
         side=job.params.side,
         annotate=job.params.annotate,
         gmm_components=job.params.gmm_components,
+        overlap=job.params.overlap,
         resamples=job.params.resamples,
         seed=job.params.seed,
     )

@@ -8,6 +8,7 @@ if TYPE_CHECKING:
 
 with stage(snakemake) as job:
     sweep(
+        clips=job.input.clips,
         series=job.input.series,
         truth=job.input.truth or None,
         scores=job.output.scores,

@@ -31,6 +31,7 @@ def annotate(
     closed: float,
     gaze_deg: float,
     head_deg: float,
+    hysteresis: float,
     min_frames: int,
 ) -> None:
     """Write the timelines of a shard: `intervals` and `frames`.
@@ -42,7 +43,7 @@ def annotate(
     moving = moving[moving["clip_id"].isin(kept)].reset_index(drop=True)
     assigned = {region: tables.read(tables.CLUSTERS, path) for region, path in clusters.items()}
     named = tables.read(tables.LABELS, labels)
-    limits = Limits(closed, gaze_deg, head_deg, min_frames)
+    limits = Limits(closed, gaze_deg, head_deg, hysteresis, min_frames)
     marked = annotate_frames(moving, assigned, named, limits)
     found = intervals_of(marked, assigned)
     reason = "" if len(marked) else "no clip came through"

@@ -1,12 +1,16 @@
 """Macro-F1 of annotated frames against the truth (Ma et al. 2025, 4.1), per region."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 import pandas as pd
 
 from mimeline.annotation.annotate import track_codes, unmeasured_actions
-from mimeline.vocabulary import track_actions
+from mimeline.vocabulary import TRACKS, track_actions
+
+T = TypeVar("T")
 
 REGION_TRACKS: dict[str, tuple[str, ...]] = {
     "brow": ("brow",),
@@ -18,25 +22,34 @@ REGION_TRACKS: dict[str, tuple[str, ...]] = {
 }
 
 
-def region_scores(truth: pd.DataFrame, predicted: pd.DataFrame) -> dict[str, float]:
-    """Macro-F1 of each region that both tables measure.
+@dataclass(frozen=True)
+class Judged:
+    """A track on the frames that truth and annotation both have, sorted by clip and frame.
 
-    truth, predicted: `frames` tables; frames that only one of them has are left out. A region of
-    two tracks (gaze, head) scores their mean.
+    n_clips · clip (n_frames,) their number, frame (n_frames,) · true, found (n_frames,) the classes
+    of `track_codes` · counts (n_frames,) bool: whether both sides tell what the frame shows.
     """
-    return _region_means({t: c.sum(axis=0) for t, c in confusions(truth, predicted).items()})
+
+    n_clips: int
+    clip: np.ndarray
+    frame: np.ndarray
+    true: np.ndarray
+    found: np.ndarray
+    counts: np.ndarray
 
 
-def confusions(truth: pd.DataFrame, predicted: pd.DataFrame) -> dict[str, np.ndarray]:
-    """Confusion counts (n_clips, C, C) of each measured track, truth in rows, Neutral first.
+def judged(truth: pd.DataFrame, predicted: pd.DataFrame) -> dict[str, Judged]:
+    """Each track of which a frame counts. truth, predicted: `frames` tables, sorted.
 
     An action that one of the tables does not measure is left out, and so are the frames in which
-    the other shows it: the score is that of what both can tell.
+    the other shows it: what is judged is what both can tell. The lid does not count where the eye
+    is closed in truth.
     """
     both = truth.merge(predicted, on=["clip_id", "frame"], suffixes=("_true", "_pred"))
     clips, clip = np.unique(both["clip_id"].to_numpy(str), return_inverse=True)
-    counts = {}
-    for track in dict.fromkeys(t for tracks in REGION_TRACKS.values() for t in tracks):
+    frame = both["frame"].to_numpy("int64")
+    found = {}
+    for track in TRACKS:
         sides = _side(both, "_true"), _side(both, "_pred")
         absent = {name for side in sides for name in unmeasured_actions(side, track)}
         if len(absent) == len(track_actions(track)):
@@ -44,14 +57,36 @@ def confusions(truth: pd.DataFrame, predicted: pd.DataFrame) -> dict[str, np.nda
         true = true_codes(sides[0], track, absent)
         pred = track_codes(sides[1], track, absent)
         out = [number for number, a in enumerate(track_actions(track), start=1) if a in absent]
-        usable = (true >= 0) & (pred >= 0) & ~np.isin(true, out) & ~np.isin(pred, out)
-        if not usable.any():
-            continue
+        counts = (true >= 0) & (pred >= 0) & ~np.isin(true, out) & ~np.isin(pred, out)
+        if counts.any():
+            classes = true.astype("int8"), pred.astype("int8")
+            found[track] = Judged(len(clips), clip, frame, *classes, counts)
+    return found
+
+
+def confusion_counts(tracks: Mapping[str, Judged]) -> dict[str, np.ndarray]:
+    """(n_clips, C, C) of each track: the frames that count, truth in rows, Neutral first."""
+    counts = {}
+    for track, own in tracks.items():
         size = len(track_actions(track)) + 1
-        flat = (clip[usable] * size + true[usable]) * size + pred[usable]
-        table = np.bincount(flat, minlength=len(clips) * size * size)
-        counts[track] = table.reshape(len(clips), size, size)
+        row = own.clip[own.counts] * size + own.true[own.counts]
+        flat = np.bincount(row * size + own.found[own.counts], minlength=own.n_clips * size * size)
+        counts[track] = flat.reshape(own.n_clips, size, size)
     return counts
+
+
+def confusions(truth: pd.DataFrame, predicted: pd.DataFrame) -> dict[str, np.ndarray]:
+    """`confusion_counts` of what is `judged` of two `frames` tables."""
+    return confusion_counts(judged(truth, predicted))
+
+
+def region_scores(truth: pd.DataFrame, predicted: pd.DataFrame) -> dict[str, float]:
+    """Macro-F1 of each region that both tables measure.
+
+    truth, predicted: `frames` tables; frames that only one of them has are left out. A region of
+    two tracks (gaze, head) scores their mean.
+    """
+    return _region_means({t: c.sum(axis=0) for t, c in confusions(truth, predicted).items()})
 
 
 def true_codes(truth: pd.DataFrame, track: str, unmeasured: Collection[str] = ()) -> np.ndarray:
@@ -84,6 +119,34 @@ def macro_f1(confusion: np.ndarray) -> np.ndarray:
     return f1.sum(axis=-1) / np.maximum((total > 0).sum(axis=-1), 1)
 
 
+def resampled(n_clips: int, resamples: int, rng: np.random.Generator) -> np.ndarray:
+    """(1 + resamples, n_clips): how often each clip counts; first each once, then as drawn.
+
+    A score's draws are the score of the per-clip counts that each row weighs: scores with the same
+    rows are of the same clips (Efron & Tibshirani 1993, chapter 13: the percentile interval).
+    """
+    drawn = rng.multinomial(n_clips, np.full(n_clips, 1 / n_clips), size=resamples)
+    return np.concatenate([np.ones((1, n_clips)), drawn])
+
+
+def interval(draws: np.ndarray) -> tuple[float, float, float]:
+    """(value, low, high): a score on all clips and its 95 % interval.
+
+    draws (1 + resamples,): the score in the order of `resampled`, NaN where it has no value.
+    """
+    known = draws[1:][np.isfinite(draws[1:])]
+    low, high = np.quantile(known, [0.025, 0.975]) if len(known) else (np.nan, np.nan)
+    return float(draws[0]), float(low), float(high)
+
+
+def region_draws(counts: Mapping[str, np.ndarray], weights: np.ndarray) -> dict[str, np.ndarray]:
+    """Region → (1 + resamples,) macro-F1, NaN where the clips drawn have no frame of it.
+
+    counts: of `confusion_counts`; weights: of `resampled`.
+    """
+    return _region_means({t: np.tensordot(weights, c, 1) for t, c in counts.items()})
+
+
 def bootstrap(
     counts: dict[str, np.ndarray], resamples: int, rng: np.random.Generator
 ) -> dict[str, tuple[float, float, float]]:
@@ -96,28 +159,28 @@ def bootstrap(
     clips = max((len(c) for c in counts.values()), default=0)
     if not clips:
         return {}
-    drawn = rng.multinomial(clips, np.full(clips, 1 / clips), size=resamples)
-    weights = np.concatenate([np.ones((1, clips), drawn.dtype), drawn])  # (1 + resamples, clips)
-    draws = _region_means({t: np.einsum("rn,nij->rij", weights, c) for t, c in counts.items()})
+    draws = region_draws(counts, resampled(clips, resamples, rng))
     telling = [region for region in draws if _shows_an_action(counts, region)] or list(draws)
     regions = np.array([draws[region] for region in telling])  # (regions, 1 + resamples)
     known = np.maximum(np.isfinite(regions).sum(axis=0), np.finfo(float).tiny)
     mean = np.where(known < 1, np.nan, np.nansum(regions, axis=0) / known)
-    return {
-        region: (float(f1[0]), *(float(q) for q in np.nanquantile(f1[1:], [0.025, 0.975])))
-        for region, f1 in {"mean": mean, **draws}.items()
-    }
+    return {region: interval(f1) for region, f1 in {"mean": mean, **draws}.items()}
+
+
+def of_region(region: str, tracks: Mapping[str, T]) -> list[T]:
+    """What a mapping by track has of a region's tracks."""
+    return [tracks[track] for track in REGION_TRACKS[region] if track in tracks]
 
 
 def _shows_an_action(counts: dict[str, np.ndarray], region: str) -> bool:
     """Whether truth holds an action of the region; Neutral is class 0."""
-    return any(counts[track][:, 1:].any() for track in REGION_TRACKS[region] if track in counts)
+    return any(own[:, 1:].any() for own in of_region(region, counts))
 
 
-def _region_means(confusion: dict[str, np.ndarray]) -> dict:
+def _region_means(confusion: Mapping[str, np.ndarray]) -> dict:
     means = {}
-    for region, tracks in REGION_TRACKS.items():
-        counts = [confusion[track] for track in tracks if track in confusion]
+    for region in REGION_TRACKS:
+        counts = of_region(region, confusion)
         if measured := [np.where(c.any(axis=(-2, -1)), macro_f1(c), np.nan) for c in counts]:
             means[region] = np.mean(measured, axis=0)
     return means

@@ -38,12 +38,13 @@ def series(
     table = concatenate(motion[measured], channels, null_length, null_value)
     reason = ""
     if table.empty:
-        reason = _why_empty(motion, channels)
+        reason = why_empty(motion, channels)
     tables.write(tables.SERIES[region, side], table, series, reason)
     log.info("%s series: %s", region, reason or f"{len(sequences(table)[1])} sequences")
 
 
-def _why_empty(motion: pd.DataFrame, channels: list[str]) -> str:
+def why_empty(motion: pd.DataFrame, channels: list[str]) -> str:
+    """Why no frame of motion (valid, channels) is valid and has all channels."""
     if motion.empty:
         return "no clip came through"
     valid = motion.loc[motion["valid"], channels]

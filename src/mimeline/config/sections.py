@@ -72,6 +72,22 @@ class Sweep(Section):
     )
 
 
+class Experiments(Section):
+    """The experiments of Ma et al. 2025, 4.1, on these recordings: snakemake experiments.
+
+    Cluster counts and betas are those of sweep."""
+
+    seeds: Count = Field(3, description="fits of each setting, the first with segment's seed")
+    unseen: Share = Field(
+        0.2, description="share of the sources that are fitted without, and then annotated"
+    )
+    claspy: str | None = Field(
+        None,
+        description="Python interpreter of an environment with claspy, for the baseline CLaP; "
+        "null: it is left out",
+    )
+
+
 class Label(Section):
     file: str | None = Field(
         None, description="YAML that `mimeline label` writes, names of clusters; null: as proposed"
@@ -92,6 +108,11 @@ class Annotate(Section):
     closed: Share = Field(0.5, description="eyeBlink from which an eye is closed, 0-1")
     gaze_deg: Positive = Field(8.0, description="gaze angle that counts as looking away, degrees")
     head_deg: Positive = Field(8.0, description="head angle that counts as turned, degrees")
+    hysteresis: Share = Field(
+        0.0,
+        description="how far below its limit an action of closure, gaze or head may fall before it "
+        "ends, share of the limit; 0: it ends at the limit (Ma et al. 2025, 3.1)",
+    )
     min_frames: Count = Field(3, description="shortest interval that is kept, frames")
 
 
@@ -145,9 +166,17 @@ class TimelineSampling(Section):
 
 class Evaluate(Section):
     truth: str | None = Field(
-        None, description="folder with frames.parquet made by people or planted; null: the toy's"
+        None,
+        description="what the annotation is scored against: a folder of timelines, a file per clip "
+        "(.eaf, .TextGrid, .json, .csv, .vtt, .txt; `mimeline timeline export` makes them to be "
+        "corrected), one such file, or a folder with frames.parquet; null: the toy's",
     )
     gmm_components: Count = Field(8, description="components of the GMM baseline")
+    overlap: Positive = Field(
+        0.5,
+        le=1,
+        description="intersection over union from which an interval counts as found",
+    )
     looks: Count = Field(
         5, description="most intervals of a cluster that the simulated person looks at"
     )
@@ -188,6 +217,7 @@ class Config(Section):
     series: Series = Series()
     segment: Segment = Segment()
     sweep: Sweep = Sweep()
+    experiments: Experiments = Experiments()
     label: Label = Label()
     annotate: Annotate = Annotate()
     describe: Describe = Describe()

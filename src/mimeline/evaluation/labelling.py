@@ -12,6 +12,7 @@ from mimeline import tables
 from mimeline.annotation.annotate import unmeasured_actions
 from mimeline.annotation.queries import after, chances, classes, wrong
 from mimeline.annotation.scores import cluster_votes, true_codes
+from mimeline.annotation.timelines import read_truth
 from mimeline.vocabulary import SERIES_TRACK
 
 log = logging.getLogger(__name__)
@@ -23,6 +24,7 @@ BUDGETS = 40  # points of a curve, about
 
 
 def evaluate_labelling(
+    clips: Sequence[Path],
     clusters: dict[str, Path],
     proposed: Path,
     exemplars: Path,
@@ -39,14 +41,14 @@ def evaluate_labelling(
     cluster's first exemplar, then every second; the same three with "_unproposed" start without a
     name for any cluster. "proposed" is before any look, "person" after all, "oracle" names every
     cluster by all its frames. Macro-F1 is of frames under their clusters' names, before annotate
-    leaves out what is short; frames without a name are missed. truth: folder with frames.parquet,
-    or None: then the table is empty.
+    leaves out what is short; frames without a name are missed. truth: of `read_truth`, or None:
+    then the table is empty.
     """
     if truth is None:
         reason = "no truth is known for these recordings"
         tables.write(tables.METRICS, tables.empty(tables.METRICS), metrics, reason)
         return
-    true = tables.read(tables.FRAMES, Path(truth) / "frames.parquet")
+    true = read_truth(truth, tables.read_all(tables.CLIPS, clips))
     labels = tables.read(tables.LABELS, proposed)
     shown = tables.read(tables.EXEMPLARS, exemplars)
     found, unproposed = {}, {}

@@ -14,6 +14,7 @@ from mimeline import tables
 from mimeline.annotation.annotate import unmeasured_actions
 from mimeline.annotation.region_series import RegionSeries
 from mimeline.annotation.scores import cluster_votes, macro_f1, true_codes
+from mimeline.annotation.timelines import read_truth
 from mimeline.progress import told
 from mimeline.ticc import TICC
 from mimeline.ticc.selection import along_betas, bic, n_switches, stability
@@ -23,6 +24,7 @@ log = logging.getLogger(__name__)
 
 
 def sweep(
+    clips: Sequence[Path],
     series: Path,
     truth: Path | None,
     scores: Path,
@@ -38,8 +40,8 @@ def sweep(
     """Write the `sweep` table: a row for each of n_clusters, betas and seeds.
 
     null_length, null_value: the series' separators. configured: TICC's arguments otherwise. Its own
-    n_clusters and beta join the grid, and its seed is the first of the seeds. truth: folder with
-    frames.parquet, or None: then f1 is not known.
+    n_clusters and beta join the grid, and its seed is the first of the seeds. clips: their tables.
+    truth: of `read_truth`, or None: then f1 is not known.
     Channels that never move are left out, counts of clusters that the frames are too few for are
     not tried; where nothing is left, the table is empty and tells why.
     """
@@ -54,7 +56,10 @@ def sweep(
     if len(tried) < len(counts):
         log.warning("%s: too few frames for more than %d clusters", region, tried[-1])
     X, lengths = found.values(), found.lengths
-    codes = None if truth is None else series_truth(found.frames, truth, region)
+    codes = None
+    if truth is not None:
+        true = read_truth(truth, tables.read_all(tables.CLIPS, clips))
+        codes = series_truth(found.frames, true, region)
     prices = sorted({*map(float, betas), float(configured["beta"])})
     separators = {"null_length": null_length, "null_value": null_value}
     runs = [(count, configured["seed"] + nth) for count in tried for nth in range(seeds)]
@@ -103,9 +108,11 @@ def facts(X, lengths, labels, window: int) -> dict[str, float]:
     }
 
 
-def series_truth(frames: pd.DataFrame, truth: Path, region: str) -> np.ndarray:
-    """(n_frames,) the true class of each frame of a series, -1 where it does not count."""
-    true = tables.read(tables.FRAMES, Path(truth) / "frames.parquet")
+def series_truth(frames: pd.DataFrame, true: pd.DataFrame, region: str) -> np.ndarray:
+    """(n_frames,) the true class of each frame of a series, -1 where it does not count.
+
+    true: a `frames` table.
+    """
     both = frames[["clip_id", "frame"]].merge(true, how="left", validate="1:1")
     track = SERIES_TRACK[region]
     return true_codes(both, track, unmeasured_actions(true, track))

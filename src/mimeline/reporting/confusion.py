@@ -1,54 +1,79 @@
 """What the annotation takes for what: per track, how the frames of each true action were named."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
-import pandas as pd
-
-from mimeline.annotation.scores import confusions
+from mimeline import tables
 from mimeline.reporting import words
-from mimeline.vocabulary import NEUTRAL, SERIES_TRACK, track_actions
+from mimeline.vocabulary import NEUTRAL, TRACKS, track_actions
+
+VARIANT = "named"  # the timelines as written
+
+
+@dataclass(frozen=True)
+class Cell:
+    """share: of the true action's frames, 0-1 · text, spread: it and its interval in per cent,
+    empty where there is none · title: all of it in words · right: found as what it is."""
+
+    share: float
+    text: str
+    spread: str
+    title: str
+    right: bool
 
 
 @dataclass(frozen=True)
 class Row:
-    """A true action, its frames, and per found action their share: number, text, whether right."""
+    """A true action, its frames, and a cell per found action."""
 
     action: str
     frames: int
-    cells: list[tuple[float, str, bool]]
+    cells: list[Cell]
 
 
 @dataclass(frozen=True)
 class Matrix:
     """names: the found actions, Neutral first, as the rows are."""
 
-    region: str
+    track: str
     names: list[str]
     rows: list[Row]
 
 
-def matrices(frames: pd.DataFrame, truth: pd.DataFrame | None) -> list[Matrix]:
-    """One per series region that both `frames` tables measure; actions without a frame left out."""
-    if truth is None or frames.empty or truth.empty:
-        return []
-    counts = confusions(truth, frames)
+def matrices(confusion: str | Path) -> list[Matrix]:
+    """One per track that was scored; true actions without a frame are left out.
+
+    confusion: the `confusion` table.
+    """
+    shares = tables.read(tables.CONFUSION, confusion)
+    shares = shares[shares["variant"] == VARIANT]
     found = []
-    for region, track in SERIES_TRACK.items():
-        if track not in counts:
-            continue
-        table = counts[track].sum(axis=0)  # (C, C), truth in rows
+    for track in TRACKS:
         names = [NEUTRAL, *track_actions(track)]
-        rows = [
-            Row(
-                name,
-                int(own.sum()),
-                [
-                    (float(n / own.sum()), words.percent(n / own.sum()) if n else "", i == j)
-                    for j, n in enumerate(own)
-                ],
-            )
-            for i, (name, own) in enumerate(zip(names, table, strict=True))
-            if own.sum()
-        ]
-        found.append(Matrix(region, names, rows))
+        own = shares[shares["track"] == track].set_index(["truth", "found"])
+        rows = [_row(name, names, own.loc[name]) for name in names if name in own.index]
+        if rows:
+            found.append(Matrix(track, names, rows))
     return found
+
+
+def _row(action: str, names: list[str], shares) -> Row:
+    frames = int(shares["frames"].sum())
+    return Row(action, frames, [_cell(action, name, shares.loc[name], frames) for name in names])
+
+
+def _cell(action: str, name: str, own, frames: int) -> Cell:
+    low, high = 100 * own["low"], 100 * own["high"]
+    taken = "found" if action == name else f"taken for {words.spaced(name)}"
+    of = f"{words.percent(own['share'])} of {words.plural(frames, 'frame')}"
+    return Cell(
+        share=float(own["share"]),
+        text=words.percent(own["share"]) if own["frames"] else "",
+        spread="–".join(map(_short, (low, high))) if own["frames"] else "",
+        title=f"{words.spaced(action)}, {taken}: {of}, 95 % interval {low:.1f} to {high:.1f} %",
+        right=action == name,
+    )
+
+
+def _short(per_cent: float) -> str:
+    return f"{per_cent:.{0 if per_cent >= 9.95 else 1}f}"

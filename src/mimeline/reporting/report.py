@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import pandas as pd
-
 from mimeline import tables
+from mimeline.annotation.timelines import read_truth
 from mimeline.reporting import gauge, words
 from mimeline.reporting.album import Album
 from mimeline.reporting.captions import captions
@@ -59,6 +58,7 @@ def report(
     weights: str | Path,
     statistics: str | Path,
     annotation_metrics: str | Path,
+    confusion: str | Path,
     labelling: str | Path,
     models: Sequence[str],
     checkpoints: Sequence[str | Path],
@@ -67,6 +67,7 @@ def report(
     truth: str | Path | None,
     face: str | Path | None,
     annotate: Mapping[str, Any],
+    overlap: float,
     side: str,
     sources: Mapping[str, Any],
     balance: float,
@@ -76,18 +77,18 @@ def report(
 
     ledgers, catalogue (all clips), fetched (clips with their videos), clips (kept), motions,
     intervals, frames: a table per shard. series, clusters: tables by region. labelling: the metrics
-    of labels spent. checkpoints, metrics, generated: one per model. truth: a folder with
-    frames.parquet and perhaps faults.csv, or None. face: what motion is drawn on, None for the
-    embedded face. annotate: the limits of the annotation. side: the side of the face that was
-    clustered. data, sources: the folder of sources and `stills`' options, how they are found there.
-    balance: how far rare attributes are weighted up. options: title, clips (timelines drawn),
-    exemplars (per cluster).
+    of labels spent. checkpoints, metrics, generated: one per model. truth: of
+    `read_truth`, perhaps with faults.csv, or None. face: what motion is drawn on, None for the
+    embedded face. annotate: the limits of the annotation; overlap: of intervals that are right.
+    side: the side of the face that was clustered. data, sources: the folder of sources and
+    `stills`' options, how they are found there. balance: how far rare attributes are weighted up.
+    options: title, clips (timelines drawn), exemplars (per cluster).
     A table that is empty shows its reason; a video or face that cannot be read is said and stood in
     for. Raises BadFile where the ledgers do not add up.
     """
     kept = tables.read_all(tables.CLIPS, clips)
     marked = tables.read_all(tables.FRAMES, frames)
-    true = _truth(truth)
+    true = read_truth(truth, kept) if truth else None
     parts = tables.read(tables.SPLIT, split)
     part_of = dict(zip(parts["clip_id"], parts["part"], strict=True))
     fps = {clip.clip_id: float(clip.fps_num / clip.fps_den) for clip in kept.itertuples()}
@@ -139,7 +140,8 @@ def report(
         "actions": list(ACTIONS),
         "scores": scored,
         "labelling": spent(labelling),
-        "matrices": matrices(marked, true),
+        "overlap": overlap,
+        "matrices": matrices(confusion),
         "models": list(zip(trained, asked, strict=True)),
         "variant_words": VARIANT_WORDS,
         "limits": annotate,
@@ -162,10 +164,6 @@ def report(
     }
     size = write_page(page, "page.html.j2", options["title"], facts)
     log.info("%.1f MB, %d clips kept of %d", size / 1e6, way.kept, way.entered)
-
-
-def _truth(folder: str | Path | None) -> pd.DataFrame | None:
-    return tables.read(tables.FRAMES, Path(folder) / "frames.parquet") if folder else None
 
 
 def _files(**places: str | Path | Sequence[str | Path]) -> dict[str, str]:

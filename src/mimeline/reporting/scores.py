@@ -9,6 +9,7 @@ from mimeline import tables
 from mimeline.annotation.annotate import unmeasured_actions
 from mimeline.reporting import words
 from mimeline.reporting.dots import DotChart, dot_chart
+from mimeline.reporting.interval_scores import Line, lines
 from mimeline.vocabulary import ACTIONS, CONTROL_REGIONS, TRACKS, region_actions
 
 VARIANTS = {
@@ -19,7 +20,7 @@ VARIANTS = {
 }
 REGIONS = {"brow": "brow", "eye": "eye (lid)", "mouth": "mouth"}
 LIMITS = {"closure": "closure", "gaze": "gaze", "head": "head"}  # the same in every variant
-PREFIX = "f1_"
+PREFIX, SEGMENTS = "f1_", "segment_f1_"
 MOSTLY = 0.995  # share of the frames that is as good as all of them
 
 
@@ -44,8 +45,12 @@ class Share:
 
 @dataclass(frozen=True)
 class Scores:
+    """chart, entries: of frames; segments, lines: of intervals and their edges."""
+
     chart: DotChart | None
     entries: list[Entry]
+    segments: DotChart | None
+    lines: list[Line]
     variants: dict[str, str]
     mean: float | None
     reason: str
@@ -59,21 +64,25 @@ def scores(metrics: str | Path, frames: pd.DataFrame, truth: pd.DataFrame | None
     reason = (tables.reason(metrics) or "nothing was scored") if rows.empty else ""
     named = rows[rows["variant"] == "named"].set_index("metric")["value"]
     means = [named[PREFIX + region] for region in REGIONS if PREFIX + region in named]
-    limits = rows[rows["variant"] == "named"]
-    limits = limits[limits["metric"].isin([PREFIX + key for key in LIMITS])]
-    clustered = rows[rows["metric"].isin([PREFIX + key for key in REGIONS])]
-    drawn = pd.concat([clustered, limits])
+    clustered = rows["metric"].str.endswith(tuple(f"_{key}" for key in REGIONS))
+    drawn = rows[clustered | (rows["variant"] == "named")]
     present = {v: about for v, about in VARIANTS.items() if v in set(rows["variant"])}
     shares, largest = _shares(frames, truth)
     return Scores(
-        chart=dot_chart(drawn, PREFIX, REGIONS | LIMITS, list(VARIANTS)),
+        chart=dot_chart(_of(drawn, PREFIX), PREFIX, REGIONS | LIMITS, list(VARIANTS)),
         entries=_entries(drawn, list(present)),
+        segments=dot_chart(_of(drawn, SEGMENTS), SEGMENTS, REGIONS | LIMITS, list(VARIANTS)),
+        lines=lines(drawn, REGIONS | LIMITS, list(present)),
         variants=present,
         mean=float(pd.Series(means).mean()) if means else None,
         reason=reason,
         shares=shares,
         largest=largest,
     )
+
+
+def _of(rows: pd.DataFrame, prefix: str) -> pd.DataFrame:
+    return rows[rows["metric"].isin([prefix + key for key in REGIONS | LIMITS])]
 
 
 def _entries(rows: pd.DataFrame, variants: list[str]) -> list[Entry]:

@@ -94,8 +94,13 @@ def count(number: int) -> str:
     return f"{int(number):,}"
 
 
+def plural(number: int, thing: str) -> str:
+    """1 frame, 2 frames."""
+    return f"{count(number)} {thing}{'' if number == 1 else 's'}"
+
+
 def clips(number: int) -> str:
-    return f"{count(number)} clip{'' if number == 1 else 's'}"
+    return plural(number, "clip")
 
 
 def percent(share: float) -> str:

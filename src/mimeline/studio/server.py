@@ -78,8 +78,14 @@ def studio(page: Blueprint, media: Media, root: Path, key: str) -> Flask:
         if path is None or not (path := path.resolve()).is_relative_to(root):
             abort(404, "There is no such film or sound.")
         if path.suffix not in TYPES or not path.is_file():
-            abort(404, f"{path.name} is no longer there: was the run changed meanwhile?")
-        return send_file(path, mimetype=TYPES[path.suffix], conditional=True, etag=False)
+            abort(404, f"{name} is no longer there: was the run changed meanwhile?")
+        return send_file(
+            path,
+            mimetype=TYPES[path.suffix],
+            download_name=f"{name}{path.suffix}",  # which need not be the file's
+            conditional=True,
+            etag=False,
+        )
 
     return app
 

@@ -409,3 +409,48 @@ SWEEP = declare(
     order=["region", "n_clusters", "beta", "seed"],
     key=["region", "n_clusters", "beta", "seed"],
 )
+
+# Of which class the frames of a clip are, and of which a setting finds them to be.
+EXPERIMENTS = declare(
+    "experiments",
+    {
+        "region": (pa.string(), False, _isin(SERIES_REGIONS)),
+        "experiment": _TEXT,
+        "setting": _TEXT,
+        "seed": _INT,
+        "clip_id": _TEXT,
+        "truth": (pa.string(), False, _isin([*ACTIONS, NEUTRAL])),
+        "found": (pa.string(), False, _isin([*ACTIONS, NEUTRAL])),
+        "frames": _COUNT,
+    },
+    order=["region", "experiment", "setting", "seed", "clip_id", "truth", "found"],
+    key=["region", "experiment", "setting", "seed", "clip_id", "truth", "found"],
+)
+
+LEFT_OUT = declare(
+    "left_out",
+    {
+        "region": (pa.string(), False, _isin(SERIES_REGIONS)),
+        "experiment": _TEXT,
+        "setting": _TEXT,
+        "reason": _TEXT,
+    },
+    order=[],
+    key=["region", "experiment", "setting"],
+)
+
+CONFUSION = declare(
+    "confusion",
+    {
+        "variant": _TEXT,
+        "track": (pa.string(), False, _isin(TRACKS)),
+        "truth": (pa.string(), False, _isin([*ACTIONS, NEUTRAL])),
+        "found": (pa.string(), False, _isin([*ACTIONS, NEUTRAL])),
+        "frames": _COUNT,
+        "share": (pa.float64(), True, [_SHARE]),  # of the frames of that truth
+        "low": (pa.float64(), True, [_SHARE]),
+        "high": (pa.float64(), True, [_SHARE]),
+    },
+    order=["variant", "track"],
+    key=["variant", "track", "truth", "found"],
+)

@@ -6,6 +6,8 @@ import sys
 from pathlib import Path
 
 from mimeline import __version__
+from mimeline.cli import timelines
+from mimeline.cli.terminal import colour, say
 from mimeline.errors import MimelineError
 
 
@@ -23,15 +25,15 @@ def main() -> None:
 
 
 def _parsed(words: list[str]) -> argparse.Namespace:
-    """The arguments. An id of `why` may begin with -, which argparse takes for an option."""
+    """The arguments. Ids of clips may begin with -, which argparse takes for an option."""
     parser, ids = _parser(), []
-    if words[:1] == ["why"] and "--" not in words:
+    if (words[:1] == ["why"] or words[:2] == ["timeline", "export"]) and "--" not in words:
         ids = [word for word in words if len(word) > 2 and word[0] == "-" != word[1]]
     arguments = parser.parse_args([word for word in words if word not in ids])
-    if arguments.command == "why":
+    if ids:
         arguments.clips += ids
-        if not arguments.clips:
-            parser.error("why needs a clip's id, a pattern or a source")
+    if arguments.command == "why" and not arguments.clips:
+        parser.error("why needs a clip's id, a pattern or a source")
     return arguments
 
 
@@ -148,6 +150,42 @@ def _parser() -> argparse.ArgumentParser:
         help="the list to write, and to go on with where it is there",
     )
     review.set_defaults(run=_review)
+
+    rate = commands.add_parser(
+        "rate",
+        parents=[of_a_run, with_a_page],
+        help="judge in a browser, blind, whether timelines fit what is seen",
+        description="Serve a page on this machine alone that shows clips with timelines, in random "
+        "order and without saying who made them; a person answers on five points.",
+    )
+    rate.add_argument("--person", required=True, help="who rates")
+    rate.add_argument("--pairs", type=int, default=15, help="pairs of each kind")
+    rate.add_argument(
+        "--kinds",
+        nargs="+",
+        default=[],
+        metavar="KIND",
+        help="some of truth, annotation, generation and mismatched, rather than all that the run "
+        "has; without generation, films are shown where there are",
+    )
+    rate.add_argument("--seed", type=int, default=0, help="seed of the pairs that are drawn")
+    rate.add_argument(
+        "--file",
+        type=Path,
+        help="the CSV of answers to write, and to go on with where it is there; without it "
+        "config/ratings/<name of the results>.csv",
+    )
+    rate.set_defaults(run=_rate)
+
+    ratings = commands.add_parser(
+        "ratings",
+        parents=[for_programs],
+        help="what people answered on the pages of `rate`, with intervals",
+    )
+    ratings.add_argument("files", nargs="+", type=Path, metavar="FILE", help="a CSV of answers")
+    ratings.set_defaults(run=_ratings)
+
+    timelines.add(commands, of_a_run, for_programs)
     return parser
 
 
@@ -165,7 +203,7 @@ def _inspect(arguments: argparse.Namespace) -> int:
 
     chosen = options(arguments.config, arguments.set, arguments.format)
     seen = inspect(arguments.path, chosen)
-    _say(as_json(seen) if arguments.json else as_text(seen, _colour()))
+    say(as_json(seen) if arguments.json else as_text(seen, colour()))
     if seen.error:
         print(f"mimeline: {seen.error}", file=sys.stderr)
     return 0 if seen.sound else 1
@@ -175,7 +213,7 @@ def _why(arguments: argparse.Namespace) -> int:
     from mimeline.inspection import why
 
     found = why.why(arguments.results, arguments.clips)
-    _say(why.as_json(found) if arguments.json else why.as_text(found, _colour()))
+    say(why.as_json(found) if arguments.json else why.as_text(found, colour()))
     for problem in found.missed:
         print(f"mimeline: {problem}", file=sys.stderr)
     return 1 if found.missed else 0
@@ -185,7 +223,7 @@ def _funnel(arguments: argparse.Namespace) -> int:
     from mimeline.inspection import funnel
 
     found = funnel.funnel(arguments.results, arguments.config, arguments.set)
-    _say(funnel.as_json(found) if arguments.json else funnel.as_text(found, _colour()))
+    say(funnel.as_json(found) if arguments.json else funnel.as_text(found, colour()))
     return 0 if found.sound else 1
 
 
@@ -209,11 +247,25 @@ def _review(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _say(text: str) -> None:
-    sys.stdout.reconfigure(errors="replace")  # a terminal may not have every character
-    print(text, end="", flush=True)
+def _rate(arguments: argparse.Namespace) -> int:
+    from mimeline.studio.rate import serve
+
+    serve(
+        arguments.results,
+        arguments.file,
+        arguments.person,
+        arguments.pairs,
+        arguments.seed,
+        arguments.kinds,
+        arguments.port,
+        not arguments.no_browser,
+    )
+    return 0
 
 
-def _colour() -> bool:
-    """Whether the terminal shows colours, and wants them."""
-    return sys.stdout.isatty() and not os.environ.get("NO_COLOR")
+def _ratings(arguments: argparse.Namespace) -> int:
+    from mimeline.studio import ratings
+
+    found = ratings.ratings(arguments.files)
+    say(ratings.as_json(found) if arguments.json else ratings.as_text(found))
+    return 0

@@ -1,0 +1,1 @@
+"""Timelines as people pass them on: converted, compared, joined, checked, taken out of a run."""

@@ -1,0 +1,1 @@
+"""Timelines of facial actions: the type, its checks, and the files that people keep them in."""
