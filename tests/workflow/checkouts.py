@@ -17,6 +17,8 @@ CHECKOUT = Path(__file__).parents[2]
 TINY = "tests/workflow/tiny.yaml"
 PARTS = ("Snakefile", "workflow", "config", "profiles")
 CODE = ("src", "resources")
+# Runs go on beside tests that change the environment: none of theirs comes into a run.
+ENVIRONMENT = dict(os.environ)
 
 
 @dataclass
@@ -62,7 +64,7 @@ class Workflow:
         return command + (["--configfile", *(str(CHECKOUT / c) for c in config)] if config else [])
 
     def _place(self) -> dict:
-        return {"cwd": self.root, "env": os.environ | {"PYTHONPATH": str(self.source)}}
+        return {"cwd": self.root, "env": ENVIRONMENT | {"PYTHONPATH": str(self.source)}}
 
     def would_rerun(self, *config: str) -> set[str]:
         """The rules that a dry run names, with these config files after the tiny one."""

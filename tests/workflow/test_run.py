@@ -168,8 +168,12 @@ def test_the_annotation_is_scored_for_every_region_and_variant(results):
     table = metrics.pivot(index="variant", columns="metric", values="value")
     assert set(table.index) == {"named", "oracle", "gmm", "thresholds"}
     regions = ("brow", "eye", "closure", "mouth", "gaze", "head")
-    assert set(table.columns) == {f"f1_{region}" for region in regions}
-    assert (table.loc["oracle"] >= table.loc["named"] - 0.02).all()
+    of_frames = [f"f1_{region}" for region in regions]
+    of_intervals = [f"segment_f1_{region}" for region in regions]
+    of_edges = [f"boundary_mean_{region}" for region in regions]
+    assert table.loc["named", of_frames + of_intervals].between(0, 1).all()
+    assert (table.loc["named", of_edges] >= 0).all()
+    assert (table.loc["oracle", of_frames] >= table.loc["named", of_frames] - 0.02).all()
 
 
 def test_what_labels_are_worth_is_told_from_none_to_all_that_may_be_spent(results):
