@@ -39,9 +39,9 @@ def make(results: Path) -> None:
         shades = (np.full((48, 64, 3), 9 * frame, np.uint8) for frame in range(FRAMES))
         write_film(media / f"{name}.mp4", shades, Fraction(FPS))
     tables.write(tables.MOTION, motion(CLIPS, 6.0), results / "ingest" / "00" / "motion.parquet")
+    write_timelines(results)
     made = motion(TESTED, 3.0).assign(valid=True, **{UNMOVED: np.nan})
     tables.write(tables.MOTION, made, results / "evaluate" / "timeline" / "generated.parquet")
-    write_timelines(results)
     tables.write(tables.FRAMES, marks(2), results / "toy" / "truth" / "frames.parquet")
     parts = ["test" if name in TESTED else "train" for name in CLIPS]
     split = pd.DataFrame({"clip_id": CLIPS, "part": parts, "group": CLIPS})
@@ -98,9 +98,9 @@ class RatePage:
 
     base = "http://127.0.0.1:8000"
 
-    def __init__(self, study: Study, file: Path, person: str = "ann"):
+    def __init__(self, study: Study, file: Path, person: str = "ann", faces: Faces | None = None):
         self.study, self.file = study, file
-        self.faces = Faces(study, None)
+        self.faces = faces or Faces(study, None)
         app = rate(Rated(file, study, person), self.faces, KEY)
         self.client = app.test_client()
         self.client.get(f"/?key={KEY}", base_url=self.base)

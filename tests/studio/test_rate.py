@@ -1,5 +1,6 @@
 import csv
 import json
+import os
 import re
 import time
 import urllib.error
@@ -43,11 +44,17 @@ def answers(tmp_path) -> Path:
     return tmp_path / "ratings" / "answers.csv"
 
 
+@pytest.fixture(scope="module")
+def faces(drawn):
+    """Drawn once for all tests."""
+    faces = Faces(drawn, None)
+    yield faces
+    faces.end()
+
+
 @pytest.fixture
-def page(drawn, answers):
-    page = RatePage(drawn, answers)
-    yield page
-    page.faces.end()
+def page(drawn, answers, faces):
+    return RatePage(drawn, answers, faces=faces)
 
 
 def told(page: RatePage) -> list[bytes]:
@@ -77,7 +84,7 @@ def test_the_state_has_the_questions_the_points_and_the_persons_own_order(page, 
         (n, str(n)) for n in range(5, 0, -1)
     ]
     assert page.ids() == [pair.id for pair in drawn.order("ann")]
-    assert page.ids() != RatePage(drawn, page.file, "bo").ids()
+    assert page.ids() != RatePage(drawn, page.file, "bo", page.faces).ids()
     assert all(pair["answers"] == {} for pair in state["pairs"])
 
 
@@ -126,13 +133,15 @@ def test_a_filmed_pair_has_its_clips_film_and_parts_of_it(filmed, answers):
     assert page.get(f"/sheet/{name}").status_code == 404
 
 
-def test_what_comes_next_is_drawn_before_it_is_asked_for(page):
+def test_what_comes_next_is_drawn_before_it_is_asked_for(drawn, answers):
+    page = RatePage(drawn, answers)
     ahead = page.ids()[:3]
     page.get(f"/pairs/{ahead[0]}")
     until = time.monotonic() + 60
     while not all(map(page.faces.is_drawn, ahead)) and time.monotonic() < until:
         time.sleep(0.01)
     assert [page.faces.is_drawn(name) for name in page.ids()[:4]] == [True, True, True, False]
+    page.faces.end()
 
 
 def test_long_and_fast_clips_are_shown_at_fewer_frames(drawn, monkeypatch):
@@ -188,6 +197,17 @@ def test_an_answer_can_be_taken_back(page):
     assert page.written() == [] and page.state()["pairs"][0]["answers"] == {}
 
 
+def test_that_there_is_no_picture_is_an_answer_and_said_in_the_end(page, drawn):
+    first = page.ids()[0]
+    unseen = page.state()["unseen"]
+    assert page.answer(first, accurate=unseen, natural=unseen).json["done"] == 1
+    assert [(r.question, r.answer) for r in page.written()] == [("accurate", 0), ("natural", 0)]
+    said = closing(Rated(page.file, drawn, "ann"))
+    assert (
+        "1 of 8 pairs are answered. Of 1 there was no picture: the rows whose answer is 0" in said
+    )
+
+
 def test_a_person_goes_on_after_a_restart(drawn, rated_once, page):
     first = page.ids()[0]
     page.answer(first, accurate=4, natural=5)
@@ -197,7 +217,7 @@ def test_a_person_goes_on_after_a_restart(drawn, rated_once, page):
 
 
 def test_persons_share_a_file_and_do_not_see_each_others_answers(drawn, page):
-    other = RatePage(drawn, page.file, "bo")
+    other = RatePage(drawn, page.file, "bo", page.faces)
     first = page.ids()[0]
     page.answer(first, accurate=4, natural=5)
     assert all(pair["answers"] == {} for pair in other.state()["pairs"])
@@ -207,7 +227,11 @@ def test_persons_share_a_file_and_do_not_see_each_others_answers(drawn, page):
 
 
 def test_no_answer_is_lost_when_two_pages_write_at_once(drawn, page):
-    pages = [page, RatePage(drawn, page.file, "bo"), RatePage(drawn, page.file, "cem")]
+    pages = [
+        page,
+        RatePage(drawn, page.file, "bo", page.faces),
+        RatePage(drawn, page.file, "cem", page.faces),
+    ]
 
     def work(page):
         return [page.answer(name, accurate=4, natural=4).status_code for name in page.ids()]
@@ -224,7 +248,7 @@ def test_no_answer_is_lost_when_two_pages_write_at_once(drawn, page):
         [],
         {"id": "x", "answers": {}, "seconds": 1},
         {"id": "x", "answers": {"accurate": 6}, "seconds": 1},
-        {"id": "x", "answers": {"accurate": 0}, "seconds": 1},
+        {"id": "x", "answers": {"accurate": -1}, "seconds": 1},
         {"id": "x", "answers": {"accurate": 4.0}, "seconds": 1},
         {"id": "x", "answers": {"accurate": True}, "seconds": 1},
         {"id": "x", "answers": {"pretty": 4}, "seconds": 1},
@@ -294,6 +318,15 @@ def test_what_there_is_to_judge_and_what_is_lacking_is_said(drawn, rated):
     (rated / "evaluate" / "timeline" / "generated.parquet").unlink()
     said = opening(study(rated))
     assert "None of kind generation: no motion was generated" in said and "films" in said
+
+
+def test_generated_motion_that_is_older_than_the_timelines_is_said(drawn, rated):
+    assert "older" not in opening(drawn)
+    write_timelines(rated)
+    generated = rated / "evaluate" / "timeline" / "generated.parquet"
+    os.utime(generated, (0, 0))
+    assert "The generated motion is older than the timelines" in opening(study(rated))
+    assert "older" not in opening(study(rated, kinds=REAL))
 
 
 def test_the_end_says_where_the_answers_are_and_what_reads_them(drawn, tmp_path):

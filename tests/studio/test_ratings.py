@@ -124,6 +124,21 @@ def test_each_person_has_a_line_with_what_they_say_of_mismatched_pairs(write):
     assert "bo agrees with 4 of 4 mismatched" in text and "ann agrees" not in text
 
 
+def test_pairs_without_a_picture_count_nowhere_and_are_said(write):
+    seen = [rating("ann", n, 4 + n % 2) for n in range(4)] + [rating("ann", 4, 2)]
+    lost = [rating("ann", 9, 0), rating("ann", 9, 0, question="natural", seconds=99.0)]
+    lost += [rating("bo", n, 0, "mismatched") for n in range(3)]
+    found, without = ratings([write(seen + lost)]), ratings([write(seen)])
+    assert (found.shares, found.pairs) == (without.shares, 5)
+    ann, bo = found.persons
+    assert (ann.pairs, ann.median_s, ann.unseen) == (5, 10.0, 1)
+    assert (bo.pairs, bo.median_s, bo.mismatched, bo.unseen) == (0, None, 0, 3)
+    text = as_text(found)
+    assert "ann had no picture of 1 pair" in text and "bo had no picture of 3 pairs" in text
+    with pytest.raises(BadFile, match="no answer"):
+        ratings([write(lost)])
+
+
 def test_without_mismatched_pairs_nobody_is_said_to_look(write):
     assert "nothing tells whether people looked" in as_text(ratings([write([rating("a", 0, 4)])]))
 
@@ -174,6 +189,7 @@ def test_what_was_written_comes_back(write):
     ("column", "cell", "message"),
     [
         ("answer", "6", "line 3.*answer '6'"),
+        ("answer", "-1", "line 3.*answer '-1'"),
         ("answer", "agree", "line 3.*a number from 1 to 5"),
         ("kind", "guess", "line 3.*kind 'guess'.*truth, annotation"),
         ("question", "pretty", "line 3.*question 'pretty'"),
@@ -199,6 +215,14 @@ def test_a_row_of_too_few_cells_and_one_that_is_there_twice_are_told(write):
         read_ratings(path)
     path.write_text(text + text.splitlines()[1] + "\n")
     with pytest.raises(BadFile, match="line 3.*another answer of ann"):
+        read_ratings(path)
+
+
+def test_a_pair_that_is_two_things_is_told(write):
+    path = write([rating("ann", 0, 4), rating("bo", 0, 4)])
+    text = path.read_text()
+    path.write_text(text.replace("bo,annotation0,annotation", "bo,annotation0,truth"))
+    with pytest.raises(BadFile, match="line 3.*as truth, clip_0.*as annotation, clip_0"):
         read_ratings(path)
 
 

@@ -1,9 +1,11 @@
 import json
+import re
 import shutil
 from collections import Counter
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from mimeline import tables
@@ -18,6 +20,7 @@ from .rated_run import (
     TESTED,
     UNMOVED,
     UNTOLD,
+    motion,
     study,
     write_timelines,
 )
@@ -76,6 +79,20 @@ def test_a_mismatched_pair_has_the_timeline_of_another_clip(usual):
         assert shown(usual, pair) != shown(usual, as_annotated)
 
 
+def test_what_is_not_known_of_the_other_clip_is_no_gap_of_a_mismatched_pair(rated):
+    path = rated / "annotate" / "00" / "frames.parquet"
+    frames = tables.read(tables.FRAMES, path)
+    shutil.rmtree(rated / "toy")  # the truth knows no more
+    for n, clip in enumerate(CLIPS):
+        frames.loc[(frames["clip_id"] == clip) & (frames["frame"] == 10 + n), "BrowUp"] = pd.NA
+    tables.write(tables.FRAMES, frames, path)
+    found = study(rated)
+    for pair in of_kind(found, "mismatched"):
+        own = {LOST, 10 + CLIPS.index(pair.clip_id)}
+        brow = next(track for track in found.tracks(pair) if track.name == "brow")
+        assert {f for a, b in brow.gaps for f in range(a, b)} == own
+
+
 def test_no_track_tells_whose_timeline_it_is(usual):
     """What one timeline of a clip does not know is shown of none: gaps, tracks, actions."""
     for pair in usual.pairs.values():
@@ -102,7 +119,7 @@ def test_another_seed_draws_other_pairs(rated_once, usual):
 def test_ids_tell_nothing(usual):
     kinds = [usual.pairs[name].kind for name in sorted(usual.pairs)]
     assert kinds != sorted(kinds, key=KINDS.index) and kinds != sorted(kinds)
-    assert all(len(name) == 12 and set(name) <= set("0123456789abcdef") for name in usual.pairs)
+    assert all(re.fullmatch("p[0-9a-f]{11}", name) for name in usual.pairs)
 
 
 def test_films_are_shown_only_where_nothing_was_generated(rated_once, usual):
@@ -161,10 +178,30 @@ def test_another_run_has_another_fingerprint_and_other_ids(rated, usual):
     assert not study(rated).pairs.keys() & usual.pairs.keys()
 
 
-def test_results_that_change_meanwhile_are_told(rated):
+@pytest.mark.parametrize("what", ["motion", "film", "face"])
+def test_what_is_seen_is_of_the_fingerprint_as_well(rated, usual, what, tmp_path):
+    if what == "motion":
+        path = rated / "ingest" / "00" / "motion.parquet"
+        tables.write(tables.MOTION, motion(CLIPS, 7.0), path)
+    elif what == "film":
+        with open(rated / "fetch" / "00" / "media" / f"{FILMED[0]}.mp4", "ab") as film:
+            film.write(b"more")
+    else:
+        face = tmp_path / "face.glb"
+        face.write_bytes(b"another face")
+        told = {"config": {"report": {"face": str(face)}}, "files": [], "given": []}
+        (rated / "run.json").write_text(json.dumps(told))
+    assert TimelinesOfRun(rated).fingerprint() != usual.results
+
+
+@pytest.mark.parametrize("what", ["timelines", "motion"])
+def test_results_that_change_meanwhile_are_told(rated, what):
     run = TimelinesOfRun(rated)
     run.refuse_changed()
-    write_timelines(rated, shift=1)
+    if what == "timelines":
+        write_timelines(rated, shift=1)
+    else:
+        tables.write(tables.MOTION, motion(CLIPS, 7.0), rated / "ingest" / "00" / "motion.parquet")
     with pytest.raises(BadFile, match="the run went on"):
         run.refuse_changed()
 

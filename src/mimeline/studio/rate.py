@@ -21,11 +21,11 @@ from mimeline.reporting.style import colours, readable_on
 from mimeline.studio import server
 from mimeline.studio.labelling import DARK
 from mimeline.studio.rated import Rated
-from mimeline.studio.rating_file import POINTS, QUESTIONS
+from mimeline.studio.rating_file import POINTS, QUESTIONS, UNSEEN
 from mimeline.studio.review import TELL
 from mimeline.studio.sheets import Order, Sheets, Tiles
 from mimeline.studio.study import Pair, Study, Track
-from mimeline.studio.timelines_of_run import KINDS, TimelinesOfRun
+from mimeline.studio.timelines_of_run import GENERATION, KINDS, TimelinesOfRun
 
 EDGE = 320  # pixels of a picture
 COLUMNS = 16  # of a sheet
@@ -104,7 +104,7 @@ def serve(
     run = TimelinesOfRun(results)
     study = Study(run, pairs, seed, kinds)
     rated = Rated(file or own_file(results), study, person)
-    faces = Faces(study, (run.run.config.get("report") or {}).get("face"))
+    faces = Faces(study, run.face)
     try:
         faces.expect(_next(rated)[:AHEAD])
         server.serve(
@@ -150,6 +150,7 @@ def rate(rated: Rated, faces: Faces, key: str) -> Flask:
             "file": str(rated.file),
             "person": rated.person,
             "questions": [{"name": name, "text": text} for name, text in QUESTIONS.items()],
+            "unseen": UNSEEN,
             "points": [{"value": n, "text": t, "key": str(n)} for n, t in POINTS.items()],
             "pairs": [
                 {"id": pair.id, "answers": rated.of(pair.id)} for pair in study.order(rated.person)
@@ -191,12 +192,20 @@ def opening(study: Study) -> str:
     text = f"{len(study.pairs)} pairs: {told}, as {'films' if study.filmed else 'drawn faces'}."
     for kind, why in study.run.absent.items():
         text += f"\n  None of kind {kind}: {why}."
+    if counts[GENERATION] and study.run.is_behind:
+        command = study.run.run.command("--until", "evaluate_timeline")
+        text += (
+            "\n  The generated motion is older than the timelines, and may have been asked for by "
+            f"others: unless you copied the results, run `{command}` first."
+        )
     return text
 
 
 def closing(rated: Rated) -> str:
     """What was done, and the command that makes use of it."""
     text = f"\n{rated.done} of {len(rated.study.pairs)} pairs are answered."
+    if rated.unseen:
+        text += f" Of {rated.unseen} there was no picture: the rows whose answer is {UNSEEN}."
     if not rated.file.exists():
         return text
     command = f"mimeline ratings {shlex.quote(str(rated.file))}"
@@ -259,9 +268,13 @@ def _posted(body: object) -> tuple[str, dict[str, int | None], float]:
         case {"id": str(name), "answers": dict(answers), "seconds": int() | float() as seconds} if (
             answers
             and answers.keys() <= QUESTIONS.keys()
-            and all(a is None or (type(a) is int and a in POINTS) for a in answers.values())
+            and all(map(_is_answer, answers.values()))
             and type(seconds) is not bool
             and 0 <= seconds <= MOST_S
         ):
             return name, answers, float(seconds)
-    return abort(400, "Expected id, answers (from 1 to 5, or null, by question) and seconds.")
+    return abort(400, "Expected id, answers (from 0 to 5, or null, by question) and seconds.")
+
+
+def _is_answer(said: object) -> bool:
+    return said is None or (type(said) is int and said in (UNSEEN, *POINTS))

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from mimeline.errors import BadConfig, BadFile
-from mimeline.studio.rating_file import QUESTIONS, Rating, read_ratings, write_ratings
+from mimeline.studio.rating_file import QUESTIONS, UNSEEN, Rating, read_ratings, write_ratings
 from mimeline.studio.study import Pair, Study
 from mimeline.studio.watched import Stamp, alone, is_tidy, revision, stamp, unwritten
 
@@ -36,8 +36,13 @@ class Rated:
 
     @property
     def done(self) -> int:
-        """Pairs of which the person answered every question."""
+        """Pairs of which the person answered every question, or said that there is no picture."""
         return sum(len(self.of(pair)) == len(QUESTIONS) for pair in self.study.pairs)
+
+    @property
+    def unseen(self) -> int:
+        """Pairs of which the person said that there is no picture."""
+        return sum(UNSEEN in self.of(pair).values() for pair in self.study.pairs)
 
     def of(self, pair: str) -> dict[str, int]:
         """The person's answers on a pair, by question."""
@@ -80,8 +85,8 @@ class Rated:
                 self.file,
                 found=f"answers about other results ({others[0]})",
                 expected=f"about {self.study.run.results} as it is now ({self.study.results})",
-                remedy="The run went on since: give another --file, and keep this one for what was "
-                "answered then.",
+                remedy="The run went on since, or has another truth or face: give another --file, "
+                "and keep this one for what was answered then.",
             )
         self._ratings = {rating.key: rating for rating in ratings}
         self._stamp = now

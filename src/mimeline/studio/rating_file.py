@@ -22,6 +22,7 @@ POINTS: dict[int, str] = {
     2: "Disagree",
     1: "Strongly disagree",
 }
+UNSEEN = 0  # in place of a point: there was no picture to judge
 VIEWS = ("film", "face")
 COLUMNS = (
     "person",
@@ -40,8 +41,8 @@ FORMULA = ("=", "+", "-", "@")  # a cell that begins so is computed by a spreads
 
 @dataclass(frozen=True)
 class Rating:
-    """An answer. seconds: that the person looked at the pair until then; results: the run's
-    fingerprint."""
+    """answer: a point, or UNSEEN. seconds: that the person looked at the pair until then. results:
+    the run's fingerprint."""
 
     person: str
     pair: str
@@ -61,7 +62,8 @@ class Rating:
 def read_ratings(path: str | Path) -> list[Rating]:
     """The rows in their order; other columns are passed over.
 
-    Raises BadFile, with the line, for what is no such table; MissingColumn.
+    Raises BadFile, with the line, for what is no such table, has an answer twice, or a pair as two
+    different things; MissingColumn.
     """
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
@@ -87,6 +89,7 @@ def read_ratings(path: str | Path) -> list[Rating]:
             remedy="Give a file that mimeline rate wrote, saved with commas.",
         )
     ratings: dict[tuple, Rating] = {}
+    shown: dict[str, tuple] = {}  # pair → what it is
     for line, row in rows[1:]:
         if len(row) != len(names):
             raise _bad_line(path, line, f"{len(row)} cells", f"{len(names)}, as in the first line")
@@ -94,6 +97,10 @@ def read_ratings(path: str | Path) -> list[Rating]:
         if rating.key in ratings:
             found = f"another answer of {rating.person} to {rating.question} of {rating.pair}"
             raise _bad_line(path, line, found, "one")
+        what = rating.kind, rating.clip_id, rating.view
+        if what != shown.setdefault(rating.pair, what):
+            told = [f"pair {rating.pair} as {', '.join(one)}" for one in (what, shown[rating.pair])]
+            raise _bad_line(path, line, told[0], f"{told[1]}, as in a line before")
         ratings[rating.key] = rating
     return list(ratings.values())
 
@@ -126,8 +133,10 @@ def _rating(path: str | Path, line: int, cells: dict[str, str]) -> Rating:
         if texts[name] not in allowed:
             expected = f"one of {', '.join(allowed)}"
             raise _bad_line(path, line, f"{name} {texts[name]!r}", expected)
-    if texts["answer"] not in map(str, POINTS):
-        raise _bad_line(path, line, f"answer {texts['answer']!r}", "a number from 1 to 5")
+    if texts["answer"] not in map(str, (UNSEEN, *POINTS)):
+        raise _bad_line(
+            path, line, f"answer {texts['answer']!r}", "a number from 1 to 5, or 0 for not seen"
+        )
     try:
         seconds = float(texts["seconds"])
     except ValueError:

@@ -16,7 +16,7 @@ import numpy as np
 from mimeline.errors import BadFile
 from mimeline.inspection.layout import table, wrapped
 from mimeline.reporting import words
-from mimeline.studio.rating_file import QUESTIONS, Rating, read_ratings
+from mimeline.studio.rating_file import QUESTIONS, UNSEEN, Rating, read_ratings
 from mimeline.studio.timelines_of_run import KINDS, MISMATCHED
 from mimeline.vocabulary import resource
 
@@ -53,14 +53,15 @@ class Share:
 
 @dataclass(frozen=True)
 class Person:
-    """How many pairs a person answered, how long they took in the median, and with how many of the
-    mismatched they agreed."""
+    """How many pairs a person answered, how long they took in the median (None of none), with how
+    many of the mismatched they agreed, and of how many pairs there was no picture."""
 
     name: str
     pairs: int
-    median_s: float
+    median_s: float | None
     mismatched: int
     agreed: int
+    unseen: int
 
     @property
     def looks(self) -> bool:
@@ -70,7 +71,8 @@ class Person:
 
 @dataclass(frozen=True)
 class Ratings:
-    """results: the fingerprint of the run that was judged. pairs: how many different ones were."""
+    """results: the fingerprint of the run that was judged. pairs: how many different ones were.
+    Pairs without a picture count nowhere but in `unseen`."""
 
     results: str
     pairs: int
@@ -105,20 +107,21 @@ def ratings(files: Sequence[str | Path], resamples: int = RESAMPLES, seed: int =
                     remedy="Give one of the two, or, of two people, rename one in the file.",
                 )
             rows[rating.key] = rating, file
-    if not rows:
+    everything = [rating for rating, _ in rows.values()]
+    given = [rating for rating in everything if rating.answer != UNSEEN]
+    if not given:
         raise BadFile(
             ", ".join(map(str, files)),
             found="no answer",
             expected="answers of one person at least",
             remedy="Answer some with mimeline rate.",
         )
-    given = [rating for rating, _ in rows.values()]
     rng = np.random.default_rng(seed)
     return Ratings(
         given[0].results,
         len({rating.pair for rating in given}),
         tuple(_shares(given, resamples, rng)),
-        tuple(_persons(given)),
+        tuple(_persons(everything)),
     )
 
 
@@ -218,16 +221,18 @@ def _drawn(n: int, resamples: int, rng: np.random.Generator) -> np.ndarray:
     return rng.multinomial(n, np.full(n, 1 / n), size=resamples)
 
 
-def _persons(given: Sequence[Rating]) -> Iterable[Person]:
-    for name in dict.fromkeys(rating.person for rating in given):
-        own = [rating for rating in given if rating.person == name]
+def _persons(everything: Sequence[Rating]) -> Iterable[Person]:
+    for name in dict.fromkeys(rating.person for rating in everything):
+        told = [rating for rating in everything if rating.person == name]
+        unseen = {rating.pair for rating in told if rating.answer == UNSEEN}
+        own = [rating for rating in told if rating.answer != UNSEEN]
         seconds: dict[str, float] = {}
         for rating in own:  # of its answers, the one given last
             seconds[rating.pair] = max(rating.seconds, seconds.get(rating.pair, 0.0))
         looked = [r for r in own if r.kind == MISMATCHED and r.question == "accurate"]
         agreed = sum(rating.answer >= AGREES for rating in looked)
-        median = float(np.median(list(seconds.values())))
-        yield Person(name, len(seconds), median, len(looked), agreed)
+        median = float(np.median(list(seconds.values()))) if seconds else None
+        yield Person(name, len(seconds), median, len(looked), agreed, len(unseen))
 
 
 @cache
@@ -254,7 +259,8 @@ def _persons_table(persons: Sequence[Person]) -> list[str]:
     rows = [["name", "pairs", "seconds each", "agree with mismatched"]]
     for person in persons:
         agreed = f"{person.agreed} of {person.mismatched}" if person.mismatched else "–"
-        rows.append([person.name, str(person.pairs), f"{person.median_s:.0f}", agreed])
+        took = "–" if person.median_s is None else f"{person.median_s:.0f}"
+        rows.append([person.name, str(person.pairs), took, agreed])
     return table(rows)
 
 
@@ -289,6 +295,11 @@ def _notes(found: Ratings) -> Iterable[str]:
     else:
         yield from wrapped("No mismatched pairs: nothing tells whether people looked.", 0)
     for person in found.persons:
+        if person.unseen:
+            pairs = "pair" if person.unseen == 1 else "pairs"
+            yield from wrapped(
+                f"{person.name} had no picture of {person.unseen} {pairs}, which count nowhere.", 0
+            )
         if not person.looks:
             yield from wrapped(
                 f"{person.name} agrees with {person.agreed} of {person.mismatched} mismatched "

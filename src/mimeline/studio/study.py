@@ -34,7 +34,7 @@ from mimeline.vocabulary import CHANNELS, TRACKS, track_actions
 
 PARTS = ("test", "val", "train")  # clips are taken in this order
 OTHERS = 5  # clips of which the one that fits least gives a mismatched pair its timeline
-DIGITS = 12  # of an id
+DIGITS = 11  # of an id
 
 
 @dataclass(frozen=True)
@@ -196,13 +196,15 @@ class Study:
             other = max(others, key=lambda name: (own != self._another(clip, name)).mean())
         film = self.run.films[clip] if self.filmed else None
         told = repr((self.results, self.seed, kind, clip, self.filmed)).encode()
-        return Pair(hashlib.sha256(told).hexdigest()[:DIGITS], kind, clip, other, film)
+        name = f"p{hashlib.sha256(told).hexdigest()[:DIGITS]}"  # no spreadsheet's number
+        return Pair(name, kind, clip, other, film)
 
     def _another(self, clip: str, other: str) -> np.ndarray:
-        """The codes of another's timeline at the length of the clip, known where both are."""
+        """The codes of another's timeline at the length of the clip, known where its own are: what
+        is not known of the other is neutral, as a gap that the clip has not would tell."""
         own, its = self._codes[ANNOTATION, clip], self._codes[ANNOTATION, other]
         its = its[:, np.arange(own.shape[1]) % its.shape[1]]  # begins again where it is shorter
-        return np.where(own < 0, own, its)
+        return np.where(own < 0, own, np.maximum(its, 0))
 
     def _known(self, clips: Collection[str]) -> tuple[dict, dict]:
         """Track → its actions that one of the tables does not measure; and (kind, clip) → the

@@ -25,8 +25,8 @@ class TimelinesOfRun:
 
     results: a run's results, up to `annotate` at least. of_kind: kind → the clips of which there
     may be a pair; absent: kind → why there is none. parts: clip → test, val or train; empty where
-    nothing is split. Raises NoSuchFile where there is no run, or no timeline; BadFile for a table
-    that cannot be read.
+    nothing is split. films: clip → its film. face: as report.face. Raises NoSuchFile where there is
+    no run, or no timeline; BadFile for a table that cannot be read.
     """
 
     def __init__(self, results: str | Path):
@@ -40,6 +40,7 @@ class TimelinesOfRun:
         self._kept = self._kept_clips()
         self._clips = self._annotated()
         self.films = files_of(self.results, "film")
+        self.face: str | None = (self.run.config.get("report") or {}).get("face")
         self.parts = self._parts()
         self.absent: dict[str, str] = {}
         found = {
@@ -52,13 +53,30 @@ class TimelinesOfRun:
         self._read = self._state()
 
     def fingerprint(self) -> str:
-        """Another text whenever the timelines, the split, the truth or what was generated is."""
+        """Another text whenever what is shown may be: timelines, truth, split, motion, what was
+        generated, the face that is drawn, and the films; of these their sizes, as they are large.
+
+        A copy of the results elsewhere has the same.
+        """
+        read = [*self._frames, *self._motions, self._split, self._generated]
+        read += [*self._files_of_truth(), *([Path(self.face)] if self.face else [])]
         digest = hashlib.sha256()
-        for path in [*self._frames, self._split, self._generated, *self._files_of_truth()]:
+        for path in read:
             if path.is_file():
                 digest.update(f"{path.parent.name}/{path.name}".encode())
-                digest.update(hashlib.sha256(path.read_bytes()).digest())
+                with open(path, "rb") as file:
+                    digest.update(hashlib.file_digest(file, "sha256").digest())
+        for clip_id, film in sorted(self.films.items()):
+            digest.update(f"{clip_id}/{film.stat().st_size}".encode())
         return digest.hexdigest()[:16]
+
+    @property
+    def is_behind(self) -> bool:
+        """Whether the generated motion is older than the timelines that it was asked for."""
+        if GENERATION not in self.of_kind:
+            return False
+        made = self._generated.stat().st_mtime
+        return any(path.stat().st_mtime > made for path in self._frames)
 
     def refuse_changed(self) -> None:
         """Raise BadFile where the results are no longer those that were read."""
@@ -96,7 +114,7 @@ class TimelinesOfRun:
         return _of(tables.MOTION, [self._generated], clips, columns)
 
     def _state(self) -> list:
-        return [stamp(path) for path in (*self._frames, self._generated)]
+        return [stamp(path) for path in (*self._frames, *self._motions, self._generated)]
 
     def _kept_clips(self) -> pd.DataFrame:
         """clip_id, fps_num, fps_den and n_frames of the clips that came to be annotated."""
@@ -154,7 +172,10 @@ class TimelinesOfRun:
         if not self._truth.exists():
             self.absent[TRUTH] = f"{self._truth} is not there"
             return set()
-        self._true = read_truth(self._truth, self._kept)
+        ledgers = sorted(self.results.glob("*/*/ledger.parquet"))
+        ledgers += self.results.glob("*/ledger.parquet")
+        decisions = tables.read_all(tables.LEDGER, ledgers)
+        self._true = read_truth(self._truth, self._kept, decisions)
         if not (found := set(self._true["clip_id"]) & set(self._clips.index)):
             self.absent[TRUTH] = f"{self._truth} knows none of the clips"
         return found

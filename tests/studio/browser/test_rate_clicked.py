@@ -3,18 +3,26 @@ is nowhere."""
 
 import csv
 import re
+import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Self
 
 import pytest
 from playwright.sync_api import Locator, expect
+from werkzeug.serving import make_server
 
+from mimeline.studio import rate as rating
+from mimeline.studio import server
+from mimeline.studio.rated import Rated
+from mimeline.studio.study import Study
 from mimeline.vocabulary import TRACKS
 
-from .served import Served
+from ..rated_run import study
 from .tabs import MOST_MS, POLL_MS, Tabs, take_picture, until
 
+Shown = tuple[Study, rating.Faces]
 KINDS = ("truth", "annotation", "generation", "mismatched")
 REAL = ("truth", "annotation", "mismatched")
 QUESTIONS = ("accurate", "natural")
@@ -25,13 +33,45 @@ SHADE = """(() => {
     brush.drawImage(film, 0, 0, 1, 1);
     return brush.getImageData(0, 0, 1, 1).data[1];
 })()"""
+BOXES = """[...document.querySelectorAll('button, .track')]
+    .filter((one) => one.checkVisibility())
+    .map((one) => {
+        const { left, right, top, bottom } = one.getBoundingClientRect();
+        return { left, right, top: top + scrollY, bottom: bottom + scrollY, is: one.outerHTML };
+    })"""
+CUT = """[...document.querySelectorAll('.question span, .question h2')]
+    .filter((one) => one.clientWidth && one.scrollWidth > one.clientWidth + 1)
+    .map((one) => one.textContent)"""
 A_FRAME = 9  # the films of the small run are a shade lighter with every frame
+
+
+class Serving:
+    """The page as a thread serves it: the command takes seconds to start, and test_rate runs it.
+
+    key, port: as those of the command, which makes a key of its own and takes any free port.
+    """
+
+    def __init__(self, shown: Shown, file: Path, key: str = "a-key", port: int = 0):
+        self.file = file
+        study, faces = shown
+        app = rating.rate(Rated(file, study, "ann"), faces, key)
+        self._server = make_server(server.HOST, port, app, threaded=True)
+        self._server.daemon_threads = True
+        self.port = self._server.server_port
+        self.address = f"http://{server.HOST}:{self.port}/?{server.KEY}={key}"
+        self._thread = threading.Thread(target=self._server.serve_forever)
+        self._thread.start()
+
+    def end(self) -> None:
+        self._server.shutdown()
+        self._thread.join()
+        self._server.server_close()
 
 
 class RatePage:
     """The page in a tab, as long as nobody has answered anything, and the file that it writes."""
 
-    def __init__(self, served: Served, tabs: Tabs):
+    def __init__(self, served: Serving, tabs: Tabs):
         served.file.unlink(missing_ok=True)
         self.file = served.file
         self.page = tabs.open(served.address)
@@ -101,20 +141,33 @@ class RatePage:
 
 
 @pytest.fixture(scope="module")
-def faces(serve, rated_once, tmp_path_factory) -> Served:
-    """All kinds of pairs, drawn."""
-    return start(serve, rated_once, tmp_path_factory.mktemp("faces") / "answers.csv")
+def drawn(rated_once) -> Iterator[Shown]:
+    """A pair of each kind, on faces."""
+    of_all = study(rated_once, pairs=1)
+    faces = rating.Faces(of_all, None)
+    yield of_all, faces
+    faces.end()
 
 
 @pytest.fixture(scope="module")
-def films(serve, rated_once, tmp_path_factory) -> Served:
-    file = tmp_path_factory.mktemp("films") / "answers.csv"
-    return start(serve, rated_once, file, "--kinds", *REAL)
+def faces(drawn, tmp_path_factory) -> Iterator[Serving]:
+    served = Serving(drawn, tmp_path_factory.mktemp("faces") / "answers.csv")
+    yield served
+    served.end()
 
 
-def start(serve, results: Path, file: Path, *more: str, **options) -> Served:
-    words = ("rate", "--results", results, "--person", "ann", "--pairs", 1, *more, "--file")
-    return serve(*words, file=file, **options)
+@pytest.fixture(scope="module")
+def filmed(rated_once) -> Shown:
+    """A pair of each kind but generation, with films."""
+    of_films = study(rated_once, pairs=1, kinds=REAL)
+    return of_films, rating.Faces(of_films, None)
+
+
+@pytest.fixture
+def films(filmed, tmp_path) -> Iterator[Serving]:
+    served = Serving(filmed, tmp_path / "answers.csv")
+    yield served
+    served.end()
 
 
 @pytest.fixture
@@ -270,21 +323,52 @@ def test_nothing_that_the_page_is_told_or_shows_is_a_kind_or_a_clip(faces, tabs)
         assert not [word for word in (*KINDS, *clips) if word in text]
 
 
-def test_answers_wait_while_the_server_is_away(serve, rated_once, tabs, tmp_path):
-    films = ("--kinds", *REAL)
-    served = start(serve, rated_once, tmp_path / "answers.csv", *films)
-    rate = RatePage(served, tabs).begin()
-    served.kill()
+def test_answers_wait_while_the_server_is_away(films, filmed, tabs):
+    rate = RatePage(films, tabs).begin()
+    films.end()
     rate.press("5", "1")
     alarm = rate.page.get_by_role("alert")
     expect(alarm).to_contain_text("Not written yet, 2 answers wait")
     take_picture(rate.page, "rate_away")
     assert rate.written() == []
-    again = start(serve, rated_once, served.file, *films, port=served.port)
-    tabs.open(again.address)  # its key counts for the other tab as well
-    rate.writes(("accurate", 5), ("natural", 1))
-    expect(alarm).to_be_hidden()
+    again = Serving(filmed, films.file, key="another", port=films.port)
+    try:
+        tabs.open(again.address)  # its key counts for the other tab as well
+        rate.writes(("accurate", 5), ("natural", 1))
+        expect(alarm).to_be_hidden()
+    finally:
+        again.end()
     tabs.expect("Failed to load resource: (net::ERR_|.*403).*")
+
+
+def test_what_cannot_be_shown_is_passed_over_and_said(films, filmed, tabs):
+    rate = RatePage(films, tabs)
+    page = rate.page
+    page.route("**/media/film/*", lambda route: route.fulfill(status=200, body="no film"))
+    page.keyboard.press("Enter")
+    without = page.get_by_role("button", name="Go on without it")
+    expect(without).to_be_visible()
+    take_picture(page, "rate_unseen")
+    rate.press("5")
+    expect(page.locator("#toast")).to_have_text("There is nothing to be seen")
+    without.click()
+    expect(page.locator("#place")).to_have_text("2 of 3")
+    expect(without).to_be_visible()  # also of one that was asked for ahead
+    rate.press("0")
+    expect(page.locator("#place")).to_have_text("3 of 3")
+    expect(without).to_be_visible()
+    page.unroute("**/media/film/*")
+    rate.press("ArrowLeft", "ArrowLeft")
+    rate.shows(1)
+    assert rate.said() == {}
+    rate.press("4")  # the other question is open again
+    rate.writes(("accurate", 4), ("accurate", 0), ("natural", 0))
+    rate.press("2", "n")
+    rate.shows(3)
+    rate.press("3", "3")
+    expect(page.locator("#done-what")).to_contain_text("Of 1 clip there was no picture")
+    answers = ("accurate", 4), ("natural", 2), ("accurate", 0), ("natural", 0)
+    rate.writes(*answers, ("accurate", 3), ("natural", 3))
 
 
 def test_a_person_who_wants_no_motion_begins_with_a_still_picture(faces, new_tabs):
@@ -295,17 +379,15 @@ def test_a_person_who_wants_no_motion_begins_with_a_still_picture(faces, new_tab
     until(rate.page, "document.getElementById('seek').value > 0")
 
 
-@pytest.mark.parametrize(("width", "height"), [(1400, 860), (1100, 700), (390, 800)])
-def test_everything_is_in_sight_and_nothing_is_cut(rate, width, height):
+def test_everything_is_in_sight_and_nothing_is_cut_however_wide_the_window(rate):
     page = rate.page
-    page.set_viewport_size({"width": width, "height": height})
-    until(page, f"innerWidth == {width} && document.documentElement.scrollWidth <= {width}")
-    take_picture(page, f"rate_{width}")
-    deep = page.evaluate("document.documentElement.scrollHeight")
-    assert width < 860 or deep <= height
-    for button in page.locator("button:visible, .track").all():
-        box = button.bounding_box()
-        assert box["x"] >= 0 and box["x"] + box["width"] <= width
-        assert box["y"] >= 0 and box["y"] + box["height"] <= deep
-    for text in page.locator(".question span, .question h2").all():
-        assert text.evaluate("e => e.scrollWidth <= e.clientWidth + 1 || !e.clientWidth")
+    for width, height in ((1400, 860), (1100, 700), (390, 800)):
+        page.set_viewport_size({"width": width, "height": height})
+        until(page, f"innerWidth == {width} && document.documentElement.scrollWidth <= {width}")
+        take_picture(page, f"rate_{width}")
+        deep = page.evaluate("document.documentElement.scrollHeight")
+        assert width < 860 or deep <= height
+        for box in page.evaluate(BOXES):
+            assert box["left"] >= 0 and box["right"] <= width, box
+            assert box["top"] >= 0 and box["bottom"] <= deep, box
+        assert page.evaluate(CUT) == []

@@ -3,6 +3,7 @@
 import { alarm, byId, element, toast } from "./ground.js";
 import { onKeys } from "./keys.js";
 import { Outbox } from "./outbox.js";
+import { Looked } from "./rate_looked.js";
 import { Pairs } from "./rate_pairs.js";
 import { Questions } from "./rate_questions.js";
 import { Timeline } from "./rate_timeline.js";
@@ -30,9 +31,9 @@ let place = -1; // of the pair shown
 let goingOn = 0; // the timer, while an answered pair is still to be seen
 let speed = 1;
 let held = null; // whether it was paused as the pointer went down
-const looked = new Map(); // id → seconds that a pair was on the screen, so far
-let since = 0; // when it came on the screen, or was last counted; 0: it is not there
+const looked = new Looked();
 let isThere = false; // its picture
+let isLost = false; // and never will be
 
 const shown = () => pairs.all[place] ?? null;
 const number = (n) => n.toLocaleString("en");
@@ -46,9 +47,9 @@ function show(name) {
   for (const id of ["progress", "previous", "next", "undo"]) byId(id).hidden = name === "intro";
   (name === "work" ? byId("picture") : document.querySelector("main")).append(byId("toast"));
   if (name !== "work") {
-    keepTime();
     isThere = false;
     place = name === "done" ? pairs.all.length : -1;
+    keepTime();
     view?.hide();
   }
   drawProgress();
@@ -75,9 +76,10 @@ function drawIntro() {
 
 function drawDone() {
   if (screen !== "done") return;
+  const unseen = pairs.all.filter(({ answers }) => Object.values(answers).includes(pairs.unseen)).length;
   byId("done-what").replaceChildren(
     `The answers on ${clips(pairs.all.length)} are ${outbox.posts.length ? "on their way" : "written"} to `,
-    element("code", "", pairs.file), ".",
+    element("code", "", pairs.file), unseen ? `. Of ${clips(unseen)} there was no picture.` : ".",
   );
   byId("done-command").textContent = `mimeline ratings ${quoted(pairs.file)}`;
 }
@@ -96,9 +98,7 @@ async function go(to) {
     return;
   }
   if (to < 0) return;
-  keepTime();
   isThere = false;
-  since = 0;
   place = to;
   const pair = shown();
   questions.markOpen(pair.answers);
@@ -129,28 +129,34 @@ async function aheadOf(from) {
 }
 
 function viewOf(facts) {
-  const heard = { moved: (frame) => timeline.moved(frame), toggled, waits };
+  const heard = { moved: (frame) => timeline.moved(frame), toggled, waits, failed };
   return facts.view === "film" ? new FilmView(heard) : new FaceView(heard);
 }
 
 /** Why there is no picture; "": there is. */
 function waits(why) {
   byId("no-picture").hidden = !why;
-  byId("no-picture").textContent = why;
+  byId("why-none").textContent = why;
   isThere = !why;
+  byId("unseen").hidden = true;
+  isLost = false;
   keepTime();
 }
+
+/** Nothing will come: they may go on without. */
+function failed(why) {
+  waits(why);
+  isLost = true;
+  byId("unseen").hidden = false;
+  refresh(); // an alarm tells where it is the server that is gone
+}
+
+/** A page in the background is not looked at. */
+const keepTime = () => looked.at(isThere && !document.hidden ? shown().id : null);
 
 function toggled(paused) {
   byId("paused").hidden = !paused;
   byId("play").firstElementChild.textContent = paused ? "Play" : "Pause";
-}
-
-/** Count the time that the pair was looked at; a page in the background is not. */
-function keepTime() {
-  const pair = shown();
-  if (pair && since) looked.set(pair.id, (looked.get(pair.id) ?? 0) + (performance.now() - since) / 1000);
-  since = isThere && !document.hidden ? performance.now() : 0;
 }
 
 /** On to the next pair that has not all its answers, after a place; past the last: all have. */
@@ -186,8 +192,7 @@ function set(pair, question, value) {
   if (value === null) delete pair.answers[question];
   else pair.answers[question] = value;
   keepTime();
-  const seconds = Math.round(10 * (looked.get(pair.id) ?? 0)) / 10;
-  outbox.put({ id: pair.id, answers: { [question]: value }, seconds: Math.min(86400, seconds) });
+  outbox.put({ id: pair.id, answers: { [question]: value }, seconds: looked.seconds(pair.id) });
   return was;
 }
 
@@ -195,25 +200,38 @@ function answer(question, value) {
   const pair = shown();
   if (!pair || goingOn) return;
   if (!isThere) {
-    toast("Nothing is to be seen yet");
+    toast(isLost ? "There is nothing to be seen" : "Nothing is to be seen yet");
     return;
   }
   const wasAnswered = pairs.isAnswered(pair);
-  if (pair.answers[question] !== value) {
-    undoable.push({ id: pair.id, question, was: set(pair, question, value) });
-  }
+  give(pair, question, value);
+  for (const { name } of pairs.questions) if (pair.answers[name] === pairs.unseen) give(pair, name, null);
   const at = pairs.questions.findIndex(({ name }) => name === question);
   const isLast = at === pairs.questions.length - 1;
   if (!pairs.isAnswered(pair)) questions.markOpen(pair.answers);
   else if (wasAnswered && !isLast) questions.mark(at + 1); // they go through it once more
-  else goOnSoon(pair);
+  else goOnSoon(pairs.questions.map(({ name }) => questions.words(pair.answers[name]).toLowerCase()).join(" · "));
   redraw();
 }
 
-/** The pair has its answers: it is seen for a moment what they are. */
-function goOnSoon(pair) {
-  const said = pairs.questions.map(({ name }) => questions.words(pair.answers[name]).toLowerCase());
-  toast(`✓ ${number(place + 1)}: ${said.join(" · ")}`);
+/** An answer, or none, that can be taken back. */
+function give(pair, question, value) {
+  if ((pair.answers[question] ?? null) === value) return;
+  undoable.push({ id: pair.id, question, was: set(pair, question, value) });
+}
+
+/** There is no picture to judge. */
+function passOver() {
+  const pair = shown();
+  if (!pair || !isLost || goingOn) return;
+  for (const { name } of pairs.questions) give(pair, name, pairs.unseen);
+  goOnSoon("no picture");
+  redraw();
+}
+
+/** The pair has its answers: it is seen for a moment what was said. */
+function goOnSoon(said) {
+  toast(`✓ ${number(place + 1)}: ${said}`);
   byId("questions").classList.add("noted");
   goingOn = setTimeout(() => goOn(place), NOTED_MS);
 }
@@ -300,12 +318,13 @@ const actions = {
   u: undo,
   Backspace: undo,
   n: () => screen !== "intro" && goOn(place),
+  0: inWork(passOver),
   s: inWork(changeSpeed),
   "?": () => byId("help").showModal(),
 };
 
 for (const [id, act] of Object.entries({
-  begin, undo, previous: actions.ArrowLeft, next: actions.ArrowRight, back: actions[","],
+  begin, undo, unseen: passOver, previous: actions.ArrowLeft, next: actions.ArrowRight, back: actions[","],
   on: actions["."], play: actions[" "], speed: changeSpeed, "help-open": actions["?"],
 })) byId(id).addEventListener("click", act);
 

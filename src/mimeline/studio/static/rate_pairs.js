@@ -9,6 +9,7 @@ export class Pairs {
     this.all = []; // { id, answers: question → point }
     this.questions = []; // { name, text }
     this.points = []; // { value, text, key }, from least to most agreement
+    this.unseen = null; // the answer to each question where there is no picture
     this.facts = new Map(); // id → promise
   }
 

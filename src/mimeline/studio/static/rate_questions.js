@@ -36,9 +36,9 @@ export class Questions {
     });
   }
 
-  /** A point in words. */
+  /** An answer in words. */
   words(value) {
-    return this.points.find((point) => point.value === value).text;
+    return this.points.find((point) => point.value === value)?.text ?? "No picture";
   }
 
   #box({ name, text }, chosen) {

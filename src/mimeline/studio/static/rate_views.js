@@ -7,13 +7,13 @@ import { Sheet } from "./sheet.js";
 
 const STILL = matchMedia("(prefers-reduced-motion: reduce)");
 
-/** heard, of both: moved(frame), toggled(paused), waits(why), "" when it is there. */
+/** heard, of both: moved(frame), toggled(paused), waits(why), "" when it is there, failed(why). */
 export class FilmView {
   constructor(heard) {
     this.heard = heard;
     this.films = new Films(byId("picture"), {
       moved: () => this.#follow(),
-      failed: () => heard.waits("The browser cannot play this film, or it is no longer there."),
+      failed: () => heard.failed("The browser cannot play this film, or it is no longer there."),
       toggled: heard.toggled,
     });
   }
@@ -24,7 +24,8 @@ export class FilmView {
     this.watched = null;
     this.films.show(facts.id, []);
     if (STILL.matches) this.films.pause();
-    this.heard.waits(this.films.shown.readyState < 2 ? "Loading …" : "");
+    const { error, readyState } = this.films.shown;
+    if (!error) this.heard.waits(readyState < 2 ? "Loading …" : ""); // else it was told already
   }
 
   /** Have the films of these ready. */
@@ -139,7 +140,8 @@ export class FaceView {
     this.heard.waits(sheet.image ? "" : "Drawing …");
     const came = await sheet.load();
     if (this.sheet !== sheet) return;
-    this.heard.waits(came ? "" : "The picture did not come");
+    if (came) this.heard.waits("");
+    else this.heard.failed("The face could not be drawn, or did not come.");
     this.drawn = came === true;
     this.#draw();
   }
