@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from mimeline.errors import BadFile
-from mimeline.workflow import chosen, code_digest, listing, stage
+from mimeline.workflow import chosen, code_digest, listing, settle_config, stage
 
 
 class Outputs(dict):
@@ -74,6 +74,18 @@ def test_a_digest_follows_imports_and_differs_between_stages():
 def test_only_the_chosen_format_is_handed_on():
     section = {"format": "a", "a": {"x": 1}, "b": {"y": 2}}
     assert chosen(section) == {"format": "a", "options": {"x": 1}}
+
+
+@pytest.mark.parametrize("name", ["", "all.csv"])
+def test_a_truth_may_be_a_folder_or_a_file(tmp_path: Path, name):
+    (tmp_path / "all.csv").write_text("")
+    truth = str(tmp_path / name)
+    assert settle_config({"evaluate": {"truth": truth}})["evaluate"]["truth"] == truth
+
+
+def test_a_truth_that_is_not_there_ends_with_one_line(tmp_path: Path):
+    with pytest.raises(SystemExit, match="nowhere: found no such file or folder"):
+        settle_config({"evaluate": {"truth": str(tmp_path / "nowhere")}})
 
 
 def test_a_listing_follows_names_sizes_and_times(tmp_path: Path):

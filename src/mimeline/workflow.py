@@ -39,7 +39,7 @@ def settle_config(config: dict[str, Any]) -> dict[str, Any]:
         ("select.exclusions", settled["select"]["exclusions"], "file", Path.is_file),
         ("describe.templates", settled["describe"]["templates"], "file", Path.is_file),
         ("label.file", settled["label"]["file"], "file", Path.is_file),
-        ("evaluate.truth", settled["evaluate"]["truth"], "folder", Path.is_dir),
+        ("evaluate.truth", settled["evaluate"]["truth"], "file or folder", Path.exists),
         ("report.face", settled["report"]["face"], "file or folder", Path.exists),
         (f"ingest.{takes['format']}.face", face_of_takes(settled), "file", Path.is_file),
     )

@@ -83,6 +83,7 @@ def world(tmp_path):
         out, shares = tmp_path / "metrics.parquet", tmp_path / "confusion.parquet"
         evaluate_annotation(
             [tmp_path / "clips.parquet"],
+            [],
             [tmp_path / "motion.parquet"],
             [tmp_path / "annotated.parquet"],
             series,

@@ -95,6 +95,7 @@ def run(files: Files, folder: Path, motion=None, truth=True, seeds=1) -> Outcome
         patched.setattr(trying, "TICC", Watched)
         experiments(
             clips=[files.folder / "clips.parquet"],
+            ledgers=[],
             motions=[(files.folder if motion is None else folder) / "motion.parquet"],
             units=[files.folder / "units.parquet"],
             rules=resource("proposals.csv"),

@@ -214,6 +214,7 @@ def run(brow, tmp_path):
         tables.write(tables.EXEMPLARS, exemplars, tmp_path / "exemplars.parquet", "none")
         evaluate_labelling(
             [],
+            [],
             {"brow": tmp_path / "brow.parquet", "eye": tmp_path / "eye.parquet"},
             tmp_path / "labels.parquet",
             tmp_path / "exemplars.parquet",

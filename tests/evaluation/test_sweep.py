@@ -51,6 +51,7 @@ def run(eyes, tmp_path):
         scores = tmp_path / "scores.parquet"
         sweep(
             clips=[],
+            ledgers=[],
             series=tmp_path / "series.parquet",
             truth=tmp_path / "truth" if known else None,
             scores=scores,

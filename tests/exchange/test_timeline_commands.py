@@ -1,6 +1,7 @@
-"""`mimeline timeline`: convert, diff, merge, lint, export."""
+"""`mimeline timeline`: convert, diff, merge, lint."""
 
 import json
+import os
 import re
 from dataclasses import replace
 from fractions import Fraction
@@ -8,9 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from mimeline import tables
-from mimeline.annotation.timelines import read_truth
-from mimeline.inspection.left_behind import rows_of
 from mimeline.timeline import files
 from mimeline.timeline.timeline import Interval, Timeline
 
@@ -70,6 +68,20 @@ def test_what_is_no_rate_ends_with_one_line(run, clip, text):
     assert len(found.err.splitlines()) == 1
 
 
+@pytest.mark.parametrize("option", ["--fps=25", "--frames=91"])
+def test_what_is_said_and_the_file_tells_otherwise_is_an_error(run, clip, tmp_path, option):
+    clip("clip.json")
+    found = run("convert", "clip.json", "out.eaf", option)
+    assert found.code == 1 and "as you said" in found.err
+    assert not (tmp_path / "out.eaf").exists()
+
+
+def test_no_clip_has_less_than_a_frame(run, tmp_path):
+    (tmp_path / "none.txt").write_text("")
+    found = run("convert", "none.txt", "out.json", "--fps", "25", "--frames", "-4")
+    assert found.code == 1 and found.err.startswith("mimeline: --frames: found -4")
+
+
 def test_a_file_is_never_written_over_the_one_that_it_is_made_from(run, clip, tmp_path):
     clip("clip.eaf")
     clip("other.eaf", tracks={})
@@ -78,7 +90,9 @@ def test_a_file_is_never_written_over_the_one_that_it_is_made_from(run, clip, tm
     for arguments in (
         ("convert", "clip.eaf", "clip.eaf"),
         ("convert", "clip.eaf", "./link.eaf"),
+        ("convert", "clip.eaf", "clip.eaf", "--overwrite"),
         ("convert", "clip.eaf", ".", "--to", "eaf"),
+        ("convert", "clip.eaf", ".", "--to", "eaf", "--overwrite"),
         ("merge", "other.eaf", "clip.eaf", "-o", "clip.eaf"),
         ("merge", "clip.eaf", "other.eaf", "-o", "clip.eaf"),
     ):
@@ -90,10 +104,55 @@ def test_a_file_is_never_written_over_the_one_that_it_is_made_from(run, clip, tm
 def test_a_format_is_named_by_its_ending_too(run, clip, tmp_path):
     clip("clip.json")
     for name in ("eaf", ".EAF", "elan"):
-        assert run("convert", "clip.json", "clip.elan", "--to", name).code == 0
+        assert run("convert", "clip.json", "clip.elan", "--to", name, "--overwrite").code == 0
         assert run("diff", "clip.elan", "clip.elan", "--from", name).code == 0
     found = run("convert", "clip.json", "clip.foo", "--to", "foo")
     assert found.code == 1 and "There are json, csv, webvtt, elan, praat, stmc." in found.err
+
+
+def test_a_file_that_is_there_stays_unless_it_is_said(run, clip, tmp_path):
+    clip("a.json")
+    clip("b.json")
+    for arguments in (
+        ("convert", "a.json", "out.eaf"),
+        ("merge", "a.json", "b.json", "-o", "m.vtt"),
+    ):
+        path = tmp_path / arguments[-1]
+        path.write_text("corrected")
+        found = run(*arguments)
+        assert found.code == 1 and "found a file already" in found.err
+        assert "--overwrite" in found.err and path.read_text() == "corrected"
+        assert run(*arguments, "--overwrite").code == 0
+        assert files.read(path).clip_id == "clip"
+
+
+@pytest.mark.parametrize("target", ["folder.eaf", "pipe", "link.eaf"])
+def test_what_is_no_file_is_not_written_to(run, clip, tmp_path, target):
+    clip("a.json")
+    (tmp_path / "folder.eaf").mkdir()
+    os.mkfifo(tmp_path / "pipe")
+    (tmp_path / "link.eaf").symlink_to("linked.eaf")
+    clip("linked.eaf")
+    found = run("merge", "a.json", "a.json", "-o", target, "--to", "eaf", "--overwrite")
+    assert found.code == 1 and "Name a file." in found.err
+    assert (tmp_path / "pipe").is_fifo() and (tmp_path / "link.eaf").is_symlink()
+
+
+def test_a_folder_is_made_where_the_name_has_no_ending(run, clip, tmp_path):
+    clip("a.json")
+    assert run("convert", "a.json", "new/out", "--to", "eaf").code == 0
+    assert files.read(tmp_path / "new" / "out" / "clip.eaf").clip_id == "clip"
+    found = run("convert", "a.json", "other")
+    assert found.code == 1 and "Say it, as --to eaf." in found.err
+
+
+def test_a_folder_is_not_read(run, clip, tmp_path):
+    (tmp_path / "mine").mkdir()
+    clip("a.json")
+    for arguments in (("convert", "mine", "b.eaf"), ("diff", "a.json", "mine"), ("lint", "mine")):
+        found = run(*arguments)
+        assert found.code and "found a folder" in found.out + found.err
+        assert "mine/*" in found.out + found.err
 
 
 def test_a_file_of_several_clips_goes_to_a_folder_or_one_of_them_to_a_file(run, clip, tmp_path):
@@ -105,7 +164,8 @@ def test_a_file_of_several_clips_goes_to_a_folder_or_one_of_them_to_a_file(run, 
     assert {p.name for p in (tmp_path / "out").iterdir()} == {"clip.TextGrid", "clip2.TextGrid"}
     assert run("convert", "all.json", "one.eaf", "--clip", "clip2").code == 0
     assert files.read(tmp_path / "one.eaf").clip_id == "clip2"
-    assert "--clip ID" in run("diff", "all.json", "one.eaf").err
+    assert "--clip clip." in run("diff", "all.json", "one.eaf").err
+    assert run("diff", "all.json", "one.eaf", "--clip", "clip2").code == 0
     assert run("convert", "all.json", "two.eaf").code == 1
     assert "Say it, as --to eaf." in run("convert", "all.json", "out").err
 
@@ -227,52 +287,6 @@ def test_a_name_in_a_file_cannot_steer_the_terminal(run, clip, tmp_path):
     ):
         found = run(*arguments)
         assert "\x1b" not in found.out + found.err
-
-
-def test_exported_timelines_score_the_run_as_the_run_itself(run, finished, tmp_path):
-    found = run("export", "--results", finished, "--to", "eaf", "-o", "mine")
-    assert (found.code, found.out) == (0, "")
-    assert "6 intervals of 3 clips, 1 linked with their video" in found.err
-    assert "evaluate={truth: mine}" in found.err
-    assert "-good_0.mp4" in (tmp_path / "mine" / "-good_0.eaf").read_text()
-    truth = read_truth(tmp_path / "mine", rows_of(finished, "pose", tables.CLIPS))
-    assert truth.equals(rows_of(finished, "annotate", tables.FRAMES))
-
-
-def test_clips_are_asked_for_as_why_takes_them(run, finished, tmp_path):
-    for asked, names in (
-        (["-good_0"], {"-good_0"}),
-        (["good_*", "other"], {"good_1", "other_0"}),
-    ):
-        folder = f"{len(names)}"
-        found = run("export", *asked, "--results", finished, "--to", "vtt", "-o", folder)
-        assert found.code == 0
-        assert {path.stem for path in (tmp_path / folder).iterdir()} == names
-    found = run("export", "good_1", "nobody", "--results", finished, "--to", "vtt", "-o", "some")
-    assert found.code == 1 and "clip 'nobody': found no clip of that name" in found.err
-    assert (tmp_path / "some" / "good_1.vtt").exists()
-
-
-def test_a_clip_that_the_run_dropped_has_no_timeline_and_why_tells(run, finished):
-    found = run("export", "turned_0", "good_1", "--results", finished, "--to", "csv", "-o", "out")
-    assert f"1 clip without a timeline: mimeline why turned_0 --results {finished}" in found.err
-
-
-def test_corrections_are_not_overwritten_unless_that_is_said(run, finished, tmp_path):
-    arguments = ("export", "--results", finished, "--to", "eaf", "-o", "mine")
-    run(*arguments)
-    (tmp_path / "mine" / "good_1.eaf").write_text("corrected")
-    found = run(*arguments)
-    assert found.code == 1 and "-good_0.eaf and 2 more already" in found.err
-    assert (tmp_path / "mine" / "good_1.eaf").read_text() == "corrected"
-    assert run(*arguments, "--overwrite").code == 0
-    assert files.read(tmp_path / "mine" / "good_1.eaf").clip_id == "good_1"
-
-
-def test_where_no_run_has_annotated_the_error_says_what_to_type(run, tmp_path):
-    found = run("export", "--results", tmp_path, "--to", "eaf", "-o", "mine")
-    assert found.code == 1 and "found no ledger" in found.err
-    assert not (tmp_path / "mine").exists()
 
 
 @pytest.mark.parametrize("command", ["convert", "diff", "merge", "lint", "export"])

@@ -6,7 +6,7 @@ from itertools import pairwise
 
 from hypothesis import strategies as st
 
-from mimeline.timeline.timeline import SOURCES, Interval, Timeline
+from mimeline.timeline.timeline import SIDES, SOURCES, Interval, Timeline
 from mimeline.vocabulary import TRACKS, track_actions
 
 RATES = [Fraction(24000, 1001), Fraction(25), Fraction(30000, 1001), Fraction(30), Fraction(60)]
@@ -20,8 +20,11 @@ def timelines(draw, fps: Fraction, n_frames: int | None = None, names=None) -> T
     measured = draw(st.sets(st.sampled_from(TRACKS)))
     tracks = {}
     for track in sorted(measured):
-        halves = draw(st.sampled_from([(None,), ("left",), ("left", "right")]))
-        tracks[track] = [i for half in halves for i in draw(_intervals(track, half, n_frames))]
+        intervals = []
+        for side in draw(st.sampled_from([(None,), ("left",), SIDES, (None, *SIDES)])):
+            drawn = draw(_intervals(track, side, n_frames))
+            intervals += [i for i in drawn if not any(i.excludes(other) for other in intervals)]
+        tracks[track] = intervals
     clip_id = draw(st.text("abcXYZ019_-.", min_size=1, max_size=12) if names is None else names)
     return Timeline(clip_id, fps, n_frames, tracks)
 
@@ -51,7 +54,7 @@ def kept(timeline: Timeline, lost: tuple[str, ...]) -> Timeline:
     tracks = {
         track: [replace(interval, **gone) for interval in intervals]
         for track, intervals in timeline.tracks.items()
-        if intervals or "measured tracks" not in lost
+        if intervals or "neutral tracks" not in lost
     }
     return replace(timeline, tracks=tracks)
 

@@ -1,4 +1,5 @@
 from fractions import Fraction
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -29,7 +30,7 @@ def timelines(draw, n_frames=40):
 @st.composite
 def intervals(draw, track, side, n_frames):
     edges = sorted(draw(st.sets(st.integers(0, n_frames), max_size=8)))
-    spans = zip(edges[::2], edges[1::2], strict=False)
+    spans = [span for span in pairwise(edges) if draw(st.booleans())]
     action = st.sampled_from(track_actions(track))
     return [Interval(draw(action), start, end, side) for start, end in spans]
 

@@ -67,6 +67,20 @@ def test_a_spreadsheets_byte_order_mark_is_no_part_of_the_first_column(file):
     assert read(path, FPS, 30).clip_id == "a"
 
 
+def test_rows_that_a_spreadsheet_emptied_are_none(file):
+    path = file(HEADER + ",,,,,,,,\na,mouth,Smile,3,9,,,,\n,,,,,,,,\n")
+    assert read(path, FPS, 30).tracks == {"mouth": (Interval("Smile", 3, 9),)}
+
+
+@pytest.mark.parametrize(
+    ("name", "row"),
+    [("clip.csv", HEADER + "clip,lid,Neutral,0,30,,,,\n"), ("clip.txt", "Neutral # 0 # 1.2 # lid")],
+)
+def test_formats_of_intervals_alone_have_a_neutral_track_by_a_row_that_says_so(tmp_path, name, row):
+    (tmp_path / name).write_text(row)
+    assert read(tmp_path / name, FPS, 30).tracks == {"lid": ()}
+
+
 def test_frames_per_second_and_frames_have_to_be_said(file):
     path = file(HEADER + "a,mouth,Smile,3,9,,,,\n")
     with pytest.raises(BadFile, match="--fps 30000/1001. 1 more: mimeline timeline lint"):

@@ -126,7 +126,7 @@ def test_any_cells_give_timelines_or_our_error(folder, cells):
 def test_xml_with_a_document_type_is_refused_before_it_is_opened_up(folder, content):
     path = folder / "a.eaf"
     path.write_text(content)
-    with pytest.raises(BadFile, match="a document type with entities of its own.*ELAN writes no"):
+    with pytest.raises(BadFile, match="a document type, which may hold entities.*ELAN writes no"):
         read(path)
 
 
@@ -172,6 +172,35 @@ def test_text_in_another_encoding_is_refused_at_its_byte(folder, good, form):
     path.write_bytes(good[form] + "é".encode("latin-1"))
     with pytest.raises(BadFile, match=f"byte {len(good[form])}: found bytes that are no UTF-8"):
         read(path, FPS, 300)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("voice.vtt", "WEBVTT\n\n00:00.400 --> 00:01.600\n<v " + " " * 300_000),
+        ("brackets.TextGrid", '"ooTextFile" "TextGrid" 0 3 <exists> 1 ' + "[" * 300_000),
+    ],
+)
+def test_a_text_made_to_take_hours_is_refused(folder, name, text):
+    (folder / name).write_text(text)
+    with pytest.raises(BadFile):
+        read(folder / name, FPS, 75)
+
+
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("long.vtt", f'WEBVTT\n\nNOTE mimeline {{"fps": "25", "frames": 1{"0" * 400}}}\n'),
+        (
+            "long.TextGrid",
+            '"ooTextFile" "TextGrid" 0 1e99 <exists> 1 "IntervalTier" "brow" 0 1e99 1 0 1e99 ""',
+        ),
+    ],
+)
+def test_a_length_that_no_clip_has_is_refused(folder, name, text):
+    (folder / name).write_text(text)
+    with pytest.raises(BadFile, match="found a length of .* frames, expected as many as the clip"):
+        read(folder / name, None if name.endswith("vtt") else FPS)
 
 
 @EVERY_FORMAT

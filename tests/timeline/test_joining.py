@@ -59,6 +59,12 @@ def test_actions_that_touch_within_one_timeline_stay_two():
     )
 
 
+def test_actions_that_touch_stay_two_where_both_timelines_part_them():
+    a = timeline(mouth=[Interval("Smile", 10, 30), Interval("Smile", 30, 60)])
+    b = timeline(mouth=[Interval("Smile", 10, 30, None, "ticc", 3, 0.9)])
+    assert [(i.start, i.end) for i in merge(a, b)] == [(10, 30), (30, 60)]
+
+
 def test_what_the_parts_tell_differently_of_their_origin_is_left_out():
     found = Interval("Smile", 10, 30, None, "ticc", 3, 0.9)
     person = Interval("Smile", 20, 40)

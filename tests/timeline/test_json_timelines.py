@@ -118,6 +118,20 @@ def test_an_interval_that_breaks_the_schema_is_refused(file, validator, change, 
     assert error.value.place == place and told in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("content", "place"),
+    [
+        ({}, "schema_version"),
+        ({key: value for key, value in CLIP.items() if key != "tracks"}, "tracks"),
+        (CLIP | {"tracks": {"brow": [{}]}}, "tracks.brow[0].action"),
+    ],
+)
+def test_what_lacks_is_never_taken_for_nothing(file, content, place):
+    with pytest.raises(BadFile) as error:
+        read(file(content), Fraction(25), 30)
+    assert error.value.place == place and error.value.found == "nothing"
+
+
 def test_the_clip_of_several_at_fault_is_named(file):
     spoilt = CLIP | {"clip_id": "b", "n_frames": "many"}
     with pytest.raises(BadFile, match='clip 2, n_frames: found "many"'):

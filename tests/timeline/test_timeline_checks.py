@@ -77,6 +77,19 @@ def test_an_interval_may_fill_the_clip():
     assert problems(("brow", "BrowUp", 0, 100, None)) == []
 
 
+def test_neutral_may_be_said_of_a_track_but_not_where_it_shows_an_action():
+    neutral = ("brow", "Neutral", 0, 100, None)
+    judged = judge(draft(neutral), "name", FPS, 100, shortest=2)
+    assert judged.problems == () and judged.timeline.tracks == {"brow": ()}
+    assert problems(neutral, ("brow", "BrowUp", 5, 9, "left")) == [("error", "row 2")]
+
+
+@pytest.mark.parametrize("n_frames", [-1, 10**13])
+def test_a_length_that_no_clip_has_is_an_error(n_frames):
+    (problem,) = judge(draft(tracks=("brow",)), "name", FPS, n_frames).problems
+    assert problem.severity == "error" and "--frames 300" in problem.remedy
+
+
 def test_likely_slips_are_warned_of_and_no_hindrance():
     slips = draft(
         ("brow", "BrowUp", 0, 5, None),

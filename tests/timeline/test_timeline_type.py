@@ -34,6 +34,7 @@ def test_tracks_and_intervals_are_held_in_order():
         {"tracks": {"brow": [Interval("BrowUp", 0, 5, "both")]}},
         {"tracks": {"brow": [Interval("BrowUp", 0, 5, source="me")]}},
         {"tracks": {"brow": [Interval("BrowUp", 0, 5, confidence=2.0)]}},
+        {"tracks": {"brow": [Interval("BrowUp", 0, 5, cluster=-1)]}},
         {"tracks": {"brow": [Interval("BrowUp", 0, 5), Interval("BrowDown", 4, 9)]}},
         {"tracks": {"brow": [Interval("BrowUp", 0, 5), Interval("BrowUp", 4, 9, "left")]}},
     ],

@@ -102,6 +102,25 @@ def test_a_cue_right_below_the_first_line_is_not_lost(file):
     assert read(file(text), FPS, 75).tracks == {"brow": (Interval("BrowUp", 10, 40),)}
 
 
+@pytest.mark.parametrize(
+    "between",
+    [
+        "\n",
+        "\n\nNOTE\na remark\nof lines\n",
+        "\n\nNOTE of a --> b\n\n",
+        "\n\n",
+        "\n\nNOTE a remark\n",
+        '\n\nNOTE mimeline {"frames": 75}\n',
+    ],
+)
+def test_a_cue_is_read_where_a_browser_reads_one_whatever_stands_right_above_it(file, between):
+    first = "WEBVTT\n\n00:00.400 --> 00:01.600\n<v brow>BrowUp"
+    text = f"{first}{between}00:01.800-->00:02.000\n<v brow>BrowDown\n"
+    assert read(file(text), FPS, 75).tracks == {
+        "brow": (Interval("BrowUp", 10, 40), Interval("BrowDown", 45, 50))
+    }
+
+
 def test_a_cue_of_nothing_is_no_interval(file):
     assert read(file("WEBVTT\n\n00:00.400 --> 00:01.600\n"), FPS, 75).tracks == {}
 

@@ -45,6 +45,12 @@ def toy_run(request) -> Workflow:
 
 
 @pytest.fixture(scope="session")
+def studied_run(request) -> tuple[Path, str]:
+    """The results of a finished run on which sweep and experiments ran, and what these said."""
+    return request.session.stash[BESIDE].get("studied_run")
+
+
+@pytest.fixture(scope="session")
 def clipless_run(request) -> tuple[Path, str]:
     """The checkout of a run that lost every clip, and what the run said."""
     return request.session.stash[BESIDE].get("clipless_run")

@@ -2,6 +2,7 @@
 
 import os
 import random
+import shutil
 import signal
 import subprocess
 import tempfile
@@ -32,6 +33,11 @@ NO_CLIP = {
     "select": {"min_s": 30, "max_s": 60},
     "shards": 1,
 }
+GRID = {
+    "sweep": {"n_clusters": [3], "beta": [40.0], "seeds": 1},
+    "experiments": {"seeds": 1},
+}
+FINISHED = "finished"  # what the toy run left, whatever is done to it later
 GOLDEN = CHECKOUT / "tests" / "tracking" / "golden"  # small takes of each format
 # In the order in which the tests need them.
 RUNS = (
@@ -45,6 +51,7 @@ RUNS = (
     "metrical_tracker_run",
     "videos_run",
     "celebvtext_run",
+    "studied_run",
 )
 
 
@@ -74,6 +81,9 @@ class Beside:
         match name:
             case "toy_run":
                 return toy_run(root)
+            case "studied_run":
+                self.get("toy_run")
+                return studied_run(root.with_name(FINISHED))
             case "clipless_run":
                 return clipless_run(root)
             case "killed_run":
@@ -96,11 +106,21 @@ class Beside:
 
 
 def toy_run(root: Path) -> Workflow:
-    """A checkout in which `snakemake all` has run on the tiny toy world."""
+    """A checkout in which `snakemake all` has run on the tiny toy world; a copy stays beside it."""
     workflow = copy_checkout(root, PARTS + CODE)
     done = workflow.run()
     assert done.returncode == 0, done.stdout + done.stderr
+    shutil.copytree(root, root.with_name(FINISHED))
     return workflow
+
+
+def studied_run(root: Path) -> tuple[Path, str]:
+    """The results of a finished run, then tried with other settings, and what that said."""
+    (root / "change.yaml").write_text(yaml.safe_dump(GRID))
+    config = (TINY, str(root / "change.yaml"))
+    done = Workflow(root, root / "src").run("sweep", "experiments", config=config)
+    assert done.returncode == 0, done.stdout + done.stderr
+    return root / "results", done.stdout + done.stderr
 
 
 def clipless_run(root: Path) -> tuple[Path, str]:

@@ -48,6 +48,7 @@ rule segment:
 rule sweep_region:
     input:
         clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
+        ledgers=LEDGERS,
         series="<results>/series/{region}.parquet",
         truth=TRUTH,
     output:
@@ -98,6 +99,7 @@ rule sweep:
 rule experiment_region:
     input:
         clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
+        ledgers=LEDGERS,
         motions=expand("<results>/ingest/{shard}/motion.parquet", shard=SHARDS),
         units=expand("<results>/ingest/{shard}/action_units.parquet", shard=SHARDS),
         rules=resource("proposals.csv"),
@@ -148,7 +150,10 @@ rule experiments:
         mem_mb=1000,
     params:
         configured=[
-            {key: config["segment"][region][key] for key in ("n_clusters", "beta", "boundary")}
+            {
+                key: config["segment"][region][key]
+                for key in ("n_clusters", "beta", "boundary")
+            }
             for region in SERIES_REGIONS
         ],
         side=lookup("series/side", within=config),
@@ -250,6 +255,7 @@ rule annotate:
 rule evaluate_annotation:
     input:
         clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
+        ledgers=LEDGERS,
         motions=expand("<results>/ingest/{shard}/motion.parquet", shard=SHARDS),
         frames=expand("<results>/annotate/{shard}/frames.parquet", shard=SHARDS),
         series=expand("<results>/series/{region}.parquet", region=SERIES_REGIONS),
@@ -286,6 +292,7 @@ rule evaluate_annotation:
 rule evaluate_labelling:
     input:
         clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
+        ledgers=LEDGERS,
         clusters=expand(
             "<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS
         ),

@@ -5,6 +5,14 @@ SHARDS = [f"{number:02d}" for number in range(config["shards"])]
 TOY = config["data_dir"] is None
 DATA = "<results>/toy/data" if TOY else ancient(config["data_dir"])
 LISTING = listing(config["data_dir"])  # once: a file per frame makes many
+LEDGERS = [  # of all that is decided on a clip before it is annotated
+    "<results>/catalogue/ledger.parquet",
+    *expand(
+        "<results>/{stage}/{shard}/ledger.parquet",
+        stage=["select", "fetch", "ingest", "pose"],
+        shard=SHARDS,
+    ),
+]
 TRUTH = config["evaluate"]["truth"] or ("<results>/toy/truth" if TOY else [])
 
 

@@ -1,14 +1,6 @@
 rule report:
     input:
-        ledgers=[
-            "<results>/catalogue/ledger.parquet",
-            *expand(
-                "<results>/{stage}/{shard}/ledger.parquet",
-                stage=["select", "fetch", "ingest", "pose"],
-                shard=SHARDS,
-            ),
-            "<results>/split/ledger.parquet",
-        ],
+        ledgers=[*LEDGERS, "<results>/split/ledger.parquet"],
         catalogue=expand("<results>/catalogue/{shard}/clips.parquet", shard=SHARDS),
         data=DATA,
         fetched=expand("<results>/fetch/{shard}/clips.parquet", shard=SHARDS),

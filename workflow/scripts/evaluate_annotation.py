@@ -9,6 +9,7 @@ if TYPE_CHECKING:
 with stage(snakemake) as job:
     evaluate_annotation(
         clips=job.input.clips,
+        ledgers=job.input.ledgers,
         motions=job.input.motions,
         frames=job.input.frames,
         series=by_region(job.input.series),

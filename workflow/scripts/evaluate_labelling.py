@@ -9,6 +9,7 @@ if TYPE_CHECKING:
 with stage(snakemake) as job:
     evaluate_labelling(
         clips=job.input.clips,
+        ledgers=job.input.ledgers,
         clusters=by_region(job.input.clusters),
         proposed=job.input.proposed,
         exemplars=job.input.exemplars,

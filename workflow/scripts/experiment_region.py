@@ -9,6 +9,7 @@ if TYPE_CHECKING:
 with stage(snakemake) as job:
     experiments(
         clips=job.input.clips,
+        ledgers=job.input.ledgers,
         motions=job.input.motions,
         units=job.input.units,
         rules=job.input.rules,

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
 with stage(snakemake) as job:
     sweep(
         clips=job.input.clips,
+        ledgers=job.input.ledgers,
         series=job.input.series,
         truth=job.input.truth or None,
         scores=job.output.scores,

@@ -1,8 +1,7 @@
 """Timelines of a run's tables, tables of timelines, and the truth that scores are taken against."""
 
 import logging
-from collections.abc import Mapping
-from difflib import get_close_matches
+from collections.abc import Collection, Mapping
 from fractions import Fraction
 from pathlib import Path
 
@@ -10,14 +9,16 @@ import numpy as np
 import pandas as pd
 
 from mimeline import tables
-from mimeline.errors import BadFile, NoSuchFile
+from mimeline.errors import BadFile, NoSuchFile, printable
 from mimeline.timeline import files
+from mimeline.timeline.draft import Draft, nearest
 from mimeline.timeline.timeline import Interval, Timeline
 from mimeline.vocabulary import ACTIONS, TRACKS, track_actions
 
 log = logging.getLogger(__name__)
 
 PLANTED = "frames.parquet"  # in a folder of truth, it is the truth
+TOLD = 6  # clips that a warning names
 
 
 def timelines_of(
@@ -82,29 +83,37 @@ def _frames(timeline: Timeline) -> pd.DataFrame:
     return pd.DataFrame(columns)[tables.FRAMES.schema.names]
 
 
-def read_truth(truth: str | Path, clips: pd.DataFrame) -> pd.DataFrame:
+def read_truth(truth: str | Path, clips: pd.DataFrame, decisions: pd.DataFrame) -> pd.DataFrame:
     """The `frames` table that scores are taken against.
 
     truth: a folder with frames.parquet, as the toy world's; a folder with files of timelines, of
-    any format; or one such file. clips: the run's `clips`, for fps and n_frames. A file is of the
-    clip that it names, else of the one that bears its name. A track that it does not have is not
-    judged; clips without a file are not in the table.
+    any format; or one such file. clips: the run's `clips`, for fps and n_frames. decisions: the
+    `ledger` of the stages before, which tells of the clips that the run did not keep. A file is of
+    the clip that it names, else of the one that bears its name. A track that it does not have is
+    not judged; clips without a file are not in the table, nor are those that the run did not keep:
+    they are warned of.
 
-    Raises BadFile for a file that cannot be read, is of no clip of the run or of one that another
-    file is of, or has another frame rate or length than its clip; NoSuchFile where nothing is.
+    Raises BadFile for a file that cannot be read, is of a clip that nobody knows or of one that
+    another file is of, or has another frame rate or length than its clip; NoSuchFile where nothing
+    is.
     """
     truth = Path(truth)
     if (truth / PLANTED).is_file():
-        return tables.read(tables.FRAMES, truth / PLANTED)
-    run = {
-        clip.clip_id: Fraction(int(clip.fps_num), int(clip.fps_den))
-        for clip in clips.dropna(subset=["fps_num", "fps_den", "n_frames"]).itertuples()
-    }
-    lengths = dict(zip(clips["clip_id"], clips["n_frames"], strict=True))
-    found, read_from = {}, {}
+        return _planted(truth / PLANTED, clips)
+    kept = clips.dropna(subset=["fps_num", "fps_den", "n_frames"])
+    run = {c.clip_id: Fraction(int(c.fps_num), int(c.fps_den)) for c in kept.itertuples()}
+    lengths = dict(zip(kept["clip_id"], kept["n_frames"].astype(int), strict=True))
+    lost = _lost(decisions)
+    found, read_from, left_out = {}, {}, {}
     for path in _files(truth):
-        _require_of_the_run(path, run, lengths)
-        for timeline in files.read_all(path, run, {c: int(lengths[c]) for c in run}):
+        for clip_id, draft in files.drafts(path):
+            if clip_id in run:
+                _require_as_in_the_run(path, clip_id, draft, run[clip_id], lengths[clip_id])
+            elif clip_id in lost:
+                left_out[clip_id] = lost[clip_id]
+            else:
+                raise _nobody(path, clip_id, run, lost)
+        for timeline in files.read_all(path, run, lengths, clips=run.keys()):
             clip_id = timeline.clip_id
             if clip_id in found:
                 raise BadFile(
@@ -115,8 +124,46 @@ def read_truth(truth: str | Path, clips: pd.DataFrame) -> pd.DataFrame:
                     remedy="Move one of the two out, or make one of them: mimeline timeline merge.",
                 )
             found[clip_id], read_from[clip_id] = timeline, path
+    if left_out:
+        log.warning("%s", _not_kept(truth, left_out))
     log.info("truth: timelines of %d of %d clips, from %s", len(found), len(clips), truth)
     return frames_of(found)
+
+
+def _planted(path: Path, clips: pd.DataFrame) -> pd.DataFrame:
+    """The table, after a warning where it has frames that its clips have not."""
+    true = tables.read(tables.FRAMES, path)
+    kept = clips.dropna(subset=["n_frames"])
+    lengths = dict(zip(kept["clip_id"], kept["n_frames"].astype(int), strict=True))
+    told = true.groupby("clip_id")["frame"].max() + 1
+    longer = [clip_id for clip_id, n in told.items() if n > lengths.get(clip_id, n)]
+    if longer:
+        clip_id, more = longer[0], f" and {len(longer) - 1} more" if longer[1:] else ""
+        log.warning(
+            "%s: frames beyond the end of clip %s (%d frames, not %d)%s; with another frame rate "
+            "than the run's it is no truth of it",
+            path,
+            printable(clip_id),
+            lengths[clip_id],
+            told[clip_id],
+            more,
+        )
+    return true
+
+
+def _lost(decisions: pd.DataFrame) -> dict[str, str]:
+    """Clip → what became of it, of those that the run did not keep."""
+    rows = decisions[decisions["status"] != "kept"]
+    return {row.clip_id: f"{row.status} at {row.stage}: {row.rule}" for row in rows.itertuples()}
+
+
+def _not_kept(truth: Path, left_out: Mapping[str, str]) -> str:
+    told = [f"{clip_id} ({why})" for clip_id, why in sorted(left_out.items())]
+    more = f" and {len(told) - TOLD} more" if len(told) > TOLD else ""
+    return printable(
+        f"truth: clips in {truth} that the run did not keep are not scored: "
+        f"{', '.join(told[:TOLD])}{more}. mimeline why tells more of a clip."
+    )
 
 
 def _files(truth: Path) -> list[Path]:
@@ -138,30 +185,31 @@ def _files(truth: Path) -> list[Path]:
     return found
 
 
-def _require_of_the_run(
-    path: Path, rates: Mapping[str, Fraction], lengths: Mapping[str, int]
+def _nobody(path: Path, clip_id: str, run: Collection[str], lost: Collection[str]) -> BadFile:
+    close = nearest(clip_id, [*run, *lost])
+    near = "" if close is None else f"Near it: {close}. "
+    return BadFile(
+        path,
+        place=f"clip {clip_id}",
+        found="no clip of that name in the run",
+        expected=f"one of the {len(run)} that it kept",
+        remedy=f"{near}Name the file after its clip, or move it out of evaluate.truth.",
+    )
+
+
+def _require_as_in_the_run(
+    path: Path, clip_id: str, draft: Draft, fps: Fraction, n_frames: int
 ) -> None:
-    """Raises BadFile where a file says of itself that it is of another clip than the run has."""
-    for draft in files.format_of(path).read(path):
-        clip_id = draft.clip_id or path.stem
-        if clip_id not in rates:
-            near = "".join(f"Near it: {name}. " for name in get_close_matches(clip_id, rates, 1))
+    """Raises BadFile where a file tells another frame rate or length of a clip than the run has."""
+    for what, told, own in (
+        ("frames per second", draft.fps, fps),
+        ("frames", draft.n_frames, n_frames),
+    ):
+        if told not in (None, own):
             raise BadFile(
                 path,
                 place=f"clip {clip_id}",
-                found="no clip of that name in the run",
-                expected=f"one of the {len(rates)} that it kept",
-                remedy=f"{near}Name the file after its clip, or move it out of evaluate.truth.",
+                found=f"{told} {what}",
+                expected=f"{own}, as the run has them",
+                remedy="Make it from an export of this run: mimeline timeline export.",
             )
-        for what, told, own in (
-            ("frames per second", draft.fps, rates[clip_id]),
-            ("frames", draft.n_frames, int(lengths[clip_id])),
-        ):
-            if told not in (None, own):
-                raise BadFile(
-                    path,
-                    place=f"clip {clip_id}",
-                    found=f"{told} {what}",
-                    expected=f"{own}, as the run has them",
-                    remedy="Make it from an export of this run: mimeline timeline export.",
-                )

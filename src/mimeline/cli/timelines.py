@@ -29,11 +29,14 @@ def add(commands, of_a_run: argparse.ArgumentParser, for_programs: argparse.Argu
     )
     convert.add_argument("source", metavar="IN", type=Path)
     convert.add_argument(
-        "target", metavar="OUT", type=Path, help="a file, or a folder: there each clip has its own"
+        "target",
+        metavar="OUT",
+        type=Path,
+        help="a file; a folder, or a name without an ending: there each clip has a file of its own",
     )
     convert.add_argument("--to", metavar="FORMAT", help=f"of OUT: {FORMATS}; else by its ending")
     convert.add_argument("--media", metavar="FILE", type=Path, help="the clip's video, for ELAN")
-    convert.add_argument("--overwrite", action="store_true", help="replace files in the folder OUT")
+    convert.add_argument("--overwrite", action="store_true", help="replace what is there")
     convert.set_defaults(run=_convert)
 
     diff = own.add_parser(
@@ -52,7 +55,8 @@ def add(commands, of_a_run: argparse.ArgumentParser, for_programs: argparse.Argu
         "merge",
         parents=[as_read],
         help="make one timeline of two",
-        description="The tracks and actions of both; what goes on in the other one is joined.",
+        description="The tracks and actions of both; what goes on in the other one is joined. The "
+        "exit code is 1 where they show different actions at a time, and nobody is preferred.",
     )
     merge.add_argument("first", metavar="A", type=Path)
     merge.add_argument("second", metavar="B", type=Path)
@@ -63,6 +67,7 @@ def add(commands, of_a_run: argparse.ArgumentParser, for_programs: argparse.Argu
         choices=["first", "second"],
         help="who is right where they show different actions; without it that is an error",
     )
+    merge.add_argument("--overwrite", action="store_true", help="replace what is there")
     merge.set_defaults(run=_merge)
 
     lint = own.add_parser(
@@ -93,7 +98,7 @@ def add(commands, of_a_run: argparse.ArgumentParser, for_programs: argparse.Argu
     )
     export.add_argument("--to", metavar="FORMAT", required=True, help=FORMATS)
     export.add_argument("-o", "--out", metavar="FOLDER", type=Path, required=True)
-    export.add_argument("--overwrite", action="store_true", help="replace files in the folder")
+    export.add_argument("--overwrite", action="store_true", help="replace what is there")
     export.set_defaults(run=_export)
 
 
@@ -146,7 +151,8 @@ def _merge(arguments: argparse.Namespace) -> int:
 
     files = arguments.first, arguments.second
     merged = merge(*_reading(arguments).both(*files), arguments.prefer)
-    _tell(write(merged, arguments.out, _format(arguments.to), sources=files))
+    format, overwrite = _format(arguments.to), arguments.overwrite
+    _tell(write(merged, arguments.out, format, sources=files, overwrite=overwrite))
     return 0
 
 
@@ -175,13 +181,13 @@ def _export(arguments: argparse.Namespace) -> int:
 
 
 def _reading(arguments: argparse.Namespace):
-    from mimeline.exchange.reading import Reading, rate_said
+    from mimeline.exchange.reading import Reading, length_said, rate_said
 
     fps = rate_said(arguments.fps)
     if fps is not None and "." in arguments.fps:
         _tell(f"{arguments.fps} frames per second are {fps}")
     format = _format(arguments.format, "--from")
-    return Reading(fps, arguments.frames, arguments.clip, format)
+    return Reading(fps, length_said(arguments.frames), arguments.clip, format)
 
 
 def _format(text: str | None, option: str = "--to") -> str | None:

@@ -35,6 +35,7 @@ log = logging.getLogger(__name__)
 
 def evaluate_annotation(
     clips: Sequence[Path],
+    ledgers: Sequence[Path],
     motions: Sequence[Path],
     frames: Sequence[Path],
     series: dict[str, Path],
@@ -60,7 +61,8 @@ def evaluate_annotation(
     frames have in truth, the best that these clusters allow; "gmm" does so for a Gaussian mixture
     on single frames, whose intervals may be as short as they come; "thresholds" names each frame
     alone by the rules that clusters are proposed names by (the paper's other way, section 2).
-    rules: resources/proposals.csv. truth: of `read_truth`, or None: then the tables are empty.
+    rules: resources/proposals.csv. truth: of `read_truth`, which takes ledgers too, those of the
+    stages before; None: then the tables are empty.
     overlap: least intersection over union of an interval that counts as found.
     """
     if truth is None:
@@ -69,7 +71,7 @@ def evaluate_annotation(
         tables.write(tables.CONFUSION, tables.empty(tables.CONFUSION), confusion, reason)
         return
     owned = tables.read_all(tables.CLIPS, clips)
-    true = read_truth(truth, owned)
+    true = read_truth(truth, owned, tables.read_all(tables.LEDGER, ledgers))
     kept = owned["clip_id"]
     motion = tables.read_all(tables.MOTION, motions)
     motion = motion[motion["clip_id"].isin(kept)].reset_index(drop=True)

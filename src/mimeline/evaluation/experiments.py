@@ -25,6 +25,7 @@ KEYS = ["region", "experiment", "setting", "seed"]
 
 def experiments(
     clips: Sequence[Path],
+    ledgers: Sequence[Path],
     motions: Sequence[Path],
     units: Sequence[Path],
     rules: Path,
@@ -44,10 +45,11 @@ def experiments(
 ) -> None:
     """Write the `experiments` table of a region, and `left_out`: settings without a result.
 
-    clips, motions, units: tables `clips`, `motion` and `action_units`. rules: proposals.csv. truth:
-    of `read_truth`, or None: then nothing is tried. configured: TICC's arguments; its n_clusters
-    and beta are the reference, its seed the first of the seeds. null_length, null_value: of the
-    separators. unseen: share of the sources. claspy: interpreter of an environment that has it.
+    clips, motions, units: tables `clips`, `motion` and `action_units`. ledgers: of the stages
+    before. rules: proposals.csv. truth: of `read_truth`, or None: then nothing is tried.
+    configured: TICC's arguments; its n_clusters and beta are the reference, its seed the first of
+    the seeds. null_length, null_value: of the separators. unseen: share of the sources. claspy:
+    interpreter of an environment that has it.
     """
     if truth is None:
         tables.write(tables.EXPERIMENTS, tables.empty(tables.EXPERIMENTS), found, NO_TRUTH)
@@ -66,7 +68,8 @@ def experiments(
     )
     table = tables.COEFFICIENTS["action_units"]
     motion, measured = tables.read_all(tables.MOTION, motions), tables.read_all(table, units)
-    recordings = recorded(kept, motion, measured, read_truth(truth, kept), region)
+    true = read_truth(truth, kept, tables.read_all(tables.LEDGER, ledgers))
+    recordings = recorded(kept, motion, measured, true, region)
     rows, missing = tried(recordings, plan, seeds)
     reason = "" if len(rows) else "; ".join(missing["reason"].unique()) or "no frame counts"
     tables.write(tables.EXPERIMENTS, rows, found, reason)

@@ -25,6 +25,7 @@ BUDGETS = 40  # points of a curve, about
 
 def evaluate_labelling(
     clips: Sequence[Path],
+    ledgers: Sequence[Path],
     clusters: dict[str, Path],
     proposed: Path,
     exemplars: Path,
@@ -48,7 +49,8 @@ def evaluate_labelling(
         reason = "no truth is known for these recordings"
         tables.write(tables.METRICS, tables.empty(tables.METRICS), metrics, reason)
         return
-    true = read_truth(truth, tables.read_all(tables.CLIPS, clips))
+    decisions = tables.read_all(tables.LEDGER, ledgers)
+    true = read_truth(truth, tables.read_all(tables.CLIPS, clips), decisions)
     labels = tables.read(tables.LABELS, proposed)
     shown = tables.read(tables.EXEMPLARS, exemplars)
     found, unproposed = {}, {}

@@ -25,6 +25,7 @@ log = logging.getLogger(__name__)
 
 def sweep(
     clips: Sequence[Path],
+    ledgers: Sequence[Path],
     series: Path,
     truth: Path | None,
     scores: Path,
@@ -40,8 +41,9 @@ def sweep(
     """Write the `sweep` table: a row for each of n_clusters, betas and seeds.
 
     null_length, null_value: the series' separators. configured: TICC's arguments otherwise. Its own
-    n_clusters and beta join the grid, and its seed is the first of the seeds. clips: their tables.
-    truth: of `read_truth`, or None: then f1 is not known.
+    n_clusters and beta join the grid, and its seed is the first of the seeds. clips, ledgers:
+    tables of all stages before, by which truth is read, of `read_truth`; without it (None) f1 is
+    not known.
     Channels that never move are left out, counts of clusters that the frames are too few for are
     not tried; where nothing is left, the table is empty and tells why.
     """
@@ -58,7 +60,8 @@ def sweep(
     X, lengths = found.values(), found.lengths
     codes = None
     if truth is not None:
-        true = read_truth(truth, tables.read_all(tables.CLIPS, clips))
+        decisions = tables.read_all(tables.LEDGER, ledgers)
+        true = read_truth(truth, tables.read_all(tables.CLIPS, clips), decisions)
         codes = series_truth(found.frames, true, region)
     prices = sorted({*map(float, betas), float(configured["beta"])})
     separators = {"null_length": null_length, "null_value": null_value}

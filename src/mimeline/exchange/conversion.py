@@ -1,7 +1,7 @@
-"""Timelines into files: one, or one for each clip of a folder, and what is not kept there."""
+"""Timelines into files, one, or one for each clip in a folder, and what is not kept there."""
 
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,7 +36,8 @@ class Written:
         else:
             text += f" of {words.clips(len(self.timelines))}"
         if self.filmed:
-            text += f", {words.count(self.filmed)} linked with their video"
+            those = f"{words.count(self.filmed)} linked with their"
+            text += f", {'linked with its' if len(self.timelines) == 1 else those} video"
         if self.lost:
             text += f"; not kept: {', '.join(self.lost)}"
         if again := self._again():
@@ -63,11 +64,11 @@ def convert(
     media: Path | None = None,
     overwrite: bool = False,
 ) -> Written:
-    """Read the timelines of a file and write them to another one, or to a folder that is there.
+    """Read the timelines of a file and write them to another one, or into a folder.
 
-    reading: what is said of source. format: of target, else by its ending. media: the clip's video.
-    A folder gets a file for each clip; files that are there already stay, and are an error, but
-    where overwrite is true. Raises BadFile as well where target is source, NoSuchFile where media
+    target: a folder where it is one, or where it is not there and has no ending; a folder gets a
+    file for each clip. reading: what is said of source. format: of target, else by its ending.
+    media: the clip's video. Raises BadFile as `write` and `write_each` do, NoSuchFile where media
     is not there.
     """
     timelines = reading.every(source)
@@ -78,7 +79,7 @@ def convert(
             expected="the clip's video",
             remedy="See that the path is right.",
         )
-    if target.is_dir():
+    if target.is_dir() or not (target.suffix or target.exists()):
         if media is not None and len(timelines) > 1:
             raise BadFile(
                 media,
@@ -87,10 +88,10 @@ def convert(
                 remedy="Pick the clip: --clip ID.",
             )
         films = {} if media is None else {timelines[0].clip_id: media}
-        return write_each(timelines, target, format, films, overwrite)
-    _require_other(target, [source])
+        return write_each(timelines, target, format, films, [source], overwrite)
     if len(timelines) == 1:
-        return write(timelines[0], target, format, media, [source])
+        return write(timelines[0], target, format, media, [source], overwrite)
+    _require_free(target, [source], overwrite)
     lost = files.write_all(timelines, target, format)
     return Written(target, files.format_of(target, format).name, timelines, lost)
 
@@ -100,10 +101,15 @@ def write(
     target: Path,
     format: str | None = None,
     media: Path | None = None,
-    sources: Iterable[Path] = (),
+    sources: Collection[Path] = (),
+    overwrite: bool = False,
 ) -> Written:
-    """Write one timeline. Raises BadFile where target is one of the sources."""
-    _require_other(target, sources)
+    """Write one timeline.
+
+    sources: the files that it is made of. Raises BadFile where target is one of them, is no file,
+    or is there already, unless overwrite allows to replace it.
+    """
+    _require_free(target, sources, overwrite)
     lost = files.write(timeline, target, format, media)
     return Written(target, files.format_of(target, format).name, [timeline], lost)
 
@@ -113,18 +119,26 @@ def write_each(
     folder: Path,
     format: str | None,
     films: Mapping[str, Path],
+    sources: Collection[Path] = (),
     overwrite: bool = False,
 ) -> Written:
     """Write a file for each clip into a folder, which is made where it is not there.
 
-    films: clip → its video. Raises BadFile, before anything is written, for a folder without a
-    format, a clip whose id is no plain file name, and files that are there already, where overwrite
-    does not allow to replace them.
+    films: clip → its video. sources: as for write. Raises BadFile, before anything is written, for
+    a folder that is a file, or without a format, a clip whose id is no plain file name, and files
+    that are there already, unless overwrite allows to replace them.
     """
+    if folder.exists() and not folder.is_dir():
+        raise BadFile(
+            folder,
+            found="a file",
+            expected="a folder for a file of each clip",
+            remedy="Name another one.",
+        )
     if format is None:
         raise BadFile(
             folder,
-            found="a folder",
+            found="a folder" if folder.is_dir() else "a name without an ending, as a folder has",
             expected="the format of the files in it",
             remedy="Say it, as --to eaf.",
         )
@@ -146,18 +160,25 @@ def write_each(
             expected="no file of a clip that is to be written",
             remedy="Somebody may have corrected them: name another folder, or say --overwrite.",
         )
+    for path in there:
+        _require_free(path, sources, overwrite)
     lost = [files.write(t, paths[t.clip_id], format, films.get(t.clip_id)) for t in timelines]
     names = dict.fromkeys(name for own in lost for name in own)
     filmed = 0 if files.MEDIA in form.loses else sum(t.clip_id in films for t in timelines)
     return Written(folder, form.name, timelines, tuple(names), filmed)
 
 
-def _require_other(target: Path, sources: Iterable[Path]) -> None:
-    for source in sources:
-        if target.exists() and target.samefile(source):
-            raise BadFile(
-                target,
-                found="the file that is read",
-                expected="another one to write to",
-                remedy="Name another one; what is there stays.",
-            )
+def _require_free(target: Path, sources: Collection[Path], overwrite: bool) -> None:
+    if not target.exists():
+        return
+    if any(target.samefile(source) for source in sources):
+        found, remedy = "the file that is read", "Name another one; what is there stays."
+    elif target.is_symlink() or not target.is_file():
+        found = "a folder" if target.is_dir() else "a link, or something else than a file"
+        remedy = "Name a file."  # /dev/stdout is a link to a file where it goes into one
+    elif not overwrite:
+        found = "a file already"
+        remedy = "Somebody may have corrected it: name another one, or say --overwrite."
+    else:
+        return
+    raise BadFile(target, found=found, expected="another file to write to", remedy=remedy)

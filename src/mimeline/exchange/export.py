@@ -36,7 +36,7 @@ class Export:
         """A few lines."""
         lines = [str(self.written)]
         if self.without:
-            why = shlex.join(["mimeline", "why", self.without[0], *named(self.results)])
+            why = _why(self.without[0], self.results)
             lines.append(f"{words.clips(len(self.without))} without a timeline: {why}")
         return "\n".join([*lines, f"to score the run by them: {self.command}"])
 
@@ -47,8 +47,8 @@ def export(
     """Write the timelines of a run's clips into a folder.
 
     asked: ids, patterns of ids or sources, as for `why`; empty: all clips that have a timeline.
-    Raises NoSuchFile where no run has been or has not annotated, BadFile where nobody has any of
-    the ids and for what `write_each` refuses.
+    Raises NoSuchFile where no run has been or has not annotated, or has no timeline of any clip
+    that is asked for; BadFile where nobody has any of the ids and for what `write_each` refuses.
     """
     known = decisions(results)["clip_id"].unique()
     clips = rows_of(results, "pose", tables.CLIPS)
@@ -70,7 +70,19 @@ def export(
         ids, _, missed = meant(asked, known, catalogue, results)
     without = [clip_id for clip_id in ids if clip_id not in timelines]
     chosen = [timelines[clip_id] for clip_id in ids if clip_id in timelines]
+    if not chosen:
+        raise NoSuchFile(
+            results,
+            found=f"no timeline of {words.clips(len(without))} that you name",
+            expected="clips that the run kept",
+            remedy=f"{_why(without[0], results)} tells what became of it.",
+        )
     films = {} if files.MEDIA in files.FORMATS[format].loses else files_of(Path(results), "film")
-    written = write_each(chosen, folder, format, films, overwrite)
+    written = write_each(chosen, folder, format, films, overwrite=overwrite)
     command = recall(results).command(evaluate={"truth": str(folder)})
     return Export(written, missed, without, command, results)
+
+
+def _why(clip_id: str, results: Path) -> str:
+    """The command that tells what became of a clip."""
+    return shlex.join(["mimeline", "why", clip_id, *named(results)])

@@ -6,7 +6,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from mimeline.errors import BadFile, printable
-from mimeline.exchange.reading import Reading
+from mimeline.exchange.reading import Reading, require_file
 from mimeline.inspection.layout import GREEN, RED, YELLOW, painter
 from mimeline.reporting import words
 from mimeline.timeline import files
@@ -26,6 +26,7 @@ def lint(paths: Sequence[Path], reading: Reading, shortest: int) -> dict[Path, l
 
 def _problems(path: Path, reading: Reading, shortest: int) -> list[Problem]:
     try:
+        require_file(path)
         return files.lint(path, reading.fps, reading.n_frames, reading.format, shortest)
     except BadFile as error:
         return [Problem(error.place, error.found, error.expected, error.remedy)]

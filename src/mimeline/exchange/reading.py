@@ -26,18 +26,19 @@ class Reading:
 
     def one(self, path: Path) -> Timeline:
         """The timeline of one clip. Raises BadFile where there are errors, or several clips."""
-        self._require_one(path, self._drafts(path))
+        require_file(path)
         return files.read(path, self.fps, self.n_frames, self.clip_id, self.format)
 
     def every(self, path: Path) -> list[Timeline]:
         """The timelines of all clips of the file, or of the one that is meant."""
         if self.clip_id is not None:
             return [self.one(path)]
+        require_file(path)
         return files.read_all(path, self.fps, self.n_frames, self.format)
 
     def both(self, a: Path, b: Path) -> tuple[Timeline, Timeline]:
         """The timelines of two files of a clip: what one of them does not tell, the other does."""
-        drafts = [self._require_one(path, self._drafts(path)) for path in (a, b)]
+        drafts = [self._draft(path) for path in (a, b)]
         fps = self.fps or next((draft.fps for draft in drafts if draft.fps), None)
         lengths = (draft.n_frames for draft in drafts if draft.n_frames is not None)
         n_frames = self.n_frames or next(lengths, None)
@@ -54,21 +55,20 @@ class Reading:
         )
         return first, second
 
-    def _drafts(self, path: Path) -> list[Draft]:
-        drafts = files.format_of(path, self.format).read(path)
-        if self.clip_id is None:
-            return drafts
-        return [draft for draft in drafts if draft.clip_id in (None, self.clip_id)] or drafts
+    def _draft(self, path: Path) -> Draft:
+        require_file(path)
+        return files.draft_of(path, self.clip_id, self.format)
 
-    def _require_one(self, path: Path, drafts: list[Draft]) -> Draft:
-        if len(drafts) > 1:
-            raise BadFile(
-                path,
-                found=f"{len(drafts)} clips, {drafts[0].clip_id} the first of them",
-                expected="one",
-                remedy="Say which one: --clip ID.",
-            )
-        return drafts[0] if drafts else Draft(None, (), in_seconds=False)
+
+def require_file(path: Path) -> None:
+    """Raises BadFile for a folder."""
+    if path.is_dir():
+        raise BadFile(
+            path,
+            found="a folder",
+            expected="a file of timelines",
+            remedy=f"Name the files in it: {path}/*.",
+        )
 
 
 def rate_said(text: str | None) -> Fraction | None:
@@ -82,6 +82,18 @@ def rate_said(text: str | None) -> Fraction | None:
             expected="frames per second",
             remedy="Write 25, 29.97 or 30000/1001.",
         ) from error
+
+
+def length_said(n_frames: int | None) -> int | None:
+    """The length of --frames. Raises BadFile for none that a clip has."""
+    if n_frames is not None and n_frames < 1:
+        raise BadFile(
+            "--frames",
+            found=str(n_frames),
+            expected="how many frames the clip has",
+            remedy="Write 1 or more.",
+        )
+    return n_frames
 
 
 def format_said(text: str | None, option: str) -> str | None:

@@ -88,7 +88,7 @@ def report(
     """
     kept = tables.read_all(tables.CLIPS, clips)
     marked = tables.read_all(tables.FRAMES, frames)
-    true = read_truth(truth, kept) if truth else None
+    true = read_truth(truth, kept, tables.read_all(tables.LEDGER, ledgers)) if truth else None
     parts = tables.read(tables.SPLIT, split)
     part_of = dict(zip(parts["clip_id"], parts["part"], strict=True))
     fps = {clip.clip_id: float(clip.fps_num / clip.fps_den) for clip in kept.itertuples()}

@@ -1,11 +1,11 @@
 """Whether what a file says is a timeline: every problem of it, and the Timeline it makes."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
 
-from mimeline.timeline.clock import nearest_frame
+from mimeline.timeline.clock import MOST_FRAMES, nearest_frame
 from mimeline.timeline.draft import Draft, DraftInterval, Problem, nearest, shown, tier_name
 from mimeline.timeline.timeline import SIDES, Interval, Timeline, overlaps
 from mimeline.vocabulary import ACTIONS, NEUTRAL, TRACKS, track_actions
@@ -43,14 +43,18 @@ def judge(
         *draft.problems,
         *_rate_problems(draft, fps),
         *length_problems,
+        *_size_problems(length),
         *name_problems,
     ]
     by_track: dict[str, list[_Placed]] = {track: [] for track in TRACKS}
     if rate is not None or not draft.in_seconds:
         for entry in entries:
-            if entry.action != NEUTRAL:
-                placed = _Placed(entry, rate if draft.in_seconds else None)
-                by_track[placed.track].append(placed)
+            placed = _Placed(entry, rate if draft.in_seconds else None)
+            if entry.end == draft.seconds and length is not None:
+                placed.end = length  # what lasts to the end of the sound lasts to that of the clip
+            by_track[placed.track].append(placed)
+        problems += _overlap_problems(by_track)
+        by_track = {t: [p for p in by_track[t] if p.entry.action != NEUTRAL] for t in TRACKS}
         problems += _frame_problems(by_track, length)
         problems += [] if shortest is None else _slips(by_track, shortest)
     problems.sort(key=lambda problem: problem.severity != "error")
@@ -120,11 +124,17 @@ def _well_named(draft: Draft) -> tuple[list[DraftInterval], list[Problem]]:
     places |= {entry.track: entry.place for entry in reversed(draft.intervals)}
     unknown = {t: place for t, place in places.items() if t is not None and t not in TRACKS}
     problems = [_unknown_track(place, track) for track, place in unknown.items()]
-    good = []
+    good, judged = [], {}  # names are few, and those that are wrong cost time
     for entry in draft.intervals:
-        if entry.track not in unknown:
-            problem = _name_problem(entry)
-            (good if problem is None else problems).append(problem or entry)
+        if entry.track in unknown:
+            continue
+        name = entry.track, entry.side, entry.action
+        if name not in judged:
+            judged[name] = _name_problem(entry)
+        if judged[name] is None:
+            good.append(entry)
+        else:
+            problems.append(replace(judged[name], place=entry.place))
     return good, problems
 
 
@@ -201,6 +211,16 @@ def _length(
     return length, [problem]
 
 
+def _size_problems(n_frames: int | None) -> Iterator[Problem]:
+    if n_frames is not None and not 0 <= n_frames <= MOST_FRAMES:
+        yield Problem(
+            "",
+            found=f"a length of {shown(str(n_frames))} frames",
+            expected="as many as the clip has, 0 or more",
+            remedy="Say it: --frames 300, or mend the file.",
+        )
+
+
 def _other_length(found: str, said: int) -> Problem:
     return Problem(
         "",
@@ -240,10 +260,16 @@ def _span_problems(entry: _Placed, n_frames: int | None) -> Iterator[Problem]:
 def _frame_problems(
     by_track: Mapping[str, list[_Placed]], n_frames: int | None
 ) -> Iterator[Problem]:
-    """What is wrong with where the intervals lie; puts each track's in the order of time."""
+    """What is wrong with where the actions lie."""
+    entries = [entry for placed in by_track.values() for entry in placed]
+    for entry in entries:
+        yield from _span_problems(entry, n_frames)
+    yield from _grid_problems(entries)
+
+
+def _overlap_problems(by_track: Mapping[str, list[_Placed]]) -> Iterator[Problem]:
+    """What shares frames on a track, neutral as well; puts each track's in the order of time."""
     for placed in by_track.values():
-        for entry in placed:
-            yield from _span_problems(entry, n_frames)
         placed.sort(key=lambda entry: (entry.start, entry.end))
         for earlier, entry in overlaps([e for e in placed if e.start < e.end]):
             after = f"{earlier} ({earlier.entry.place})"
@@ -253,7 +279,6 @@ def _frame_problems(
                 expected=f"a start at {earlier.end} or later, after {after}",
                 remedy="Intervals of a track exclude each other: move an edge, or take one out.",
             )
-    yield from _grid_problems([entry for placed in by_track.values() for entry in placed])
 
 
 def _grid_problems(placed: Sequence[_Placed]) -> Iterator[Problem]:

@@ -12,6 +12,7 @@ SPOKEN = {
 }
 # Below it the milliseconds of two frames are never the same, and lead back to their frames.
 MILLISECOND_RATE = 1000
+MOST_FRAMES = 10**12  # more than any clip has
 
 _RATE = re.compile(r"[0-9]{1,6}(?:\.[0-9]{1,6}|/[0-9]{1,6})?")
 _SECONDS = re.compile(

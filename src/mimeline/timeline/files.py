@@ -2,7 +2,7 @@
 
 import logging
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from pathlib import Path
@@ -18,9 +18,9 @@ from mimeline.timeline.format import (
     EMPTY,
     FORMATS,
     FPS,
-    MEASURED,
     MEDIA,
     N_FRAMES,
+    NEUTRAL_TRACKS,
     SOURCE,
     SUFFIXES,
     Format,
@@ -34,6 +34,8 @@ __all__ = [
     "MEDIA",
     "N_FRAMES",
     "SUFFIXES",
+    "draft_of",
+    "drafts",
     "format_of",
     "lint",
     "read",
@@ -58,20 +60,7 @@ def read(
     clip, where the file names its clips; else what the clip is called (the file's name otherwise).
     Raises BadFile with the first of its errors, and how many there are.
     """
-    drafts = _drafts(path, format)
-    names = _names(path, drafts)
-    if clip_id is not None and [draft.clip_id for draft in drafts] not in ([None], []):
-        drafts = [draft for name, draft in zip(names, drafts, strict=True) if name == clip_id]
-        if not drafts:
-            raise _no_clip(path, clip_id, names)
-    if len(drafts) > 1:
-        raise BadFile(
-            path,
-            found=f"{len(drafts)} clips, {shown(', '.join(names))}",
-            expected="one",
-            remedy=f"Say which one: --clip {names[0]}.",
-        )
-    (draft,) = drafts or [Draft(None, (), in_seconds=False)]
+    draft = draft_of(path, clip_id, format)
     return _timeline(path, judge(draft, clip_id or Path(path).stem, fps, n_frames))
 
 
@@ -80,12 +69,47 @@ def read_all(
     fps: Fraction | Mapping[str, Fraction] | None = None,
     n_frames: int | Mapping[str, int] | None = None,
     format: str | None = None,
+    clips: Collection[str] | None = None,
 ) -> list[Timeline]:
     """The timelines of all clips of a file, in its order.
 
-    fps, n_frames: as for read; of every clip, or by clip. Raises BadFile as read does.
+    fps, n_frames: as for read; of every clip, or by clip. clips: those that are wanted; None: all.
+    Raises BadFile as read does.
     """
-    return [_timeline(path, judged) for judged in _judged(path, fps, n_frames, format)]
+    there = [d for d in drafts(path, format) if clips is None or d[0] in clips]
+    return [_timeline(path, judged) for judged in _judged(there, fps, n_frames)]
+
+
+def draft_of(path: str | Path, clip_id: str | None = None, format: str | None = None) -> Draft:
+    """What a file says of one clip, before anybody judged it. clip_id: as for read.
+
+    Raises BadFile where the file cannot be read, does not have the clip, or has several.
+    """
+    there = drafts(path, format)
+    names = [name for name, _ in there]
+    if clip_id is not None and [draft.clip_id for _, draft in there] not in ([None], []):
+        there = [(name, draft) for name, draft in there if name == clip_id]
+        if not there:
+            raise _no_clip(path, clip_id, names)
+    if len(there) > 1:
+        raise BadFile(
+            path,
+            found=f"{len(there)} clips, {shown(', '.join(names))}",
+            expected="one",
+            remedy=f"Say which one: --clip {names[0]}.",
+        )
+    return there[0][1] if there else Draft(None, (), in_seconds=False)
+
+
+def drafts(path: str | Path, format: str | None = None) -> list[tuple[str, Draft]]:
+    """What a file says of each of its clips, before anybody judged it, after the clip's name.
+
+    A clip that the file does not name is called as the file, and by its place among several.
+    Raises BadFile for a file that cannot be read.
+    """
+    found, stem = format_of(path, format).read(Path(path)), Path(path).stem
+    places = [stem] if len(found) == 1 else [f"{stem}_{n}" for n in range(1, len(found) + 1)]
+    return [(draft.clip_id or place, draft) for draft, place in zip(found, places, strict=True)]
 
 
 def lint(
@@ -101,7 +125,7 @@ def lint(
     cannot be read at all has one problem. Raises NoSuchFile where there is none.
     """
     try:
-        judged = _judged(path, fps, n_frames, format, shortest)
+        judged = _judged(drafts(path, format), fps, n_frames, shortest)
     except NoSuchFile:
         raise
     except BadFile as error:
@@ -120,7 +144,7 @@ def write(
 
     media: the clip's film, which ELAN opens beside it. Returns what the timeline has and the file
     does not keep: of source, cluster, confidence, clip, clips without intervals, fps, n_frames,
-    measured tracks, media.
+    neutral tracks, media.
     Raises BadFile for a format or a place that cannot be written.
     """
     return _write([timeline], Path(path), format_of(path, format), media)
@@ -176,7 +200,7 @@ def _write(
     return tuple(name for name in _TOLD if name in lost & form.loses)
 
 
-_TOLD = (SOURCE, CLUSTER, CONFIDENCE, CLIP, EMPTY, FPS, N_FRAMES, MEASURED, MEDIA)
+_TOLD = (SOURCE, CLUSTER, CONFIDENCE, CLIP, EMPTY, FPS, N_FRAMES, NEUTRAL_TRACKS, MEDIA)
 
 
 def _held(timeline: Timeline, path: Path) -> Iterator[str]:
@@ -187,7 +211,7 @@ def _held(timeline: Timeline, path: Path) -> Iterator[str]:
     if not any(timeline.tracks.values()):
         yield EMPTY
     if not all(timeline.tracks.values()):
-        yield MEASURED
+        yield NEUTRAL_TRACKS
     for interval in timeline:
         if interval.source != "human":
             yield SOURCE
@@ -206,20 +230,14 @@ def _unfit(path: Path, form: Format, found: str) -> BadFile:
     )
 
 
-def _drafts(path: str | Path, format: str | None) -> list[Draft]:
-    return format_of(path, format).read(Path(path))
-
-
 def _judged(
-    path: str | Path,
+    drafts: Iterable[tuple[str, Draft]],
     fps: Fraction | Mapping[str, Fraction] | None,
     n_frames: int | Mapping[str, int] | None,
-    format: str | None,
     shortest: int | None = None,
 ) -> list[Judgement]:
-    drafts = _drafts(path, format)
     judged, seen = [], set()
-    for clip, draft in zip(_names(path, drafts), drafts, strict=True):
+    for clip, draft in drafts:
         judgement = judge(draft, clip, _of(fps, clip), _of(n_frames, clip), shortest)
         if clip in seen:
             judgement = Judgement(None, (_twice(clip), *judgement.problems))
@@ -228,13 +246,6 @@ def _judged(
             judgement = replace(judgement, problems=_placed(judgement.problems, clip))
         judged.append(judgement)
     return judged
-
-
-def _names(path: str | Path, drafts: Sequence[Draft]) -> list[str]:
-    """What the clips are called: as the file has it, else by the file and their place in it."""
-    stem = Path(path).stem
-    places = [stem] if len(drafts) == 1 else [f"{stem}_{n}" for n in range(1, len(drafts) + 1)]
-    return [draft.clip_id or name for draft, name in zip(drafts, places, strict=True)]
 
 
 def _twice(clip_id: str) -> Problem:
@@ -268,7 +279,7 @@ def _timeline(path: str | Path, judged: Judgement) -> Timeline:
             remedy=first.remedy + command,
         )
     for problem in judged.problems:
-        log.warning("%s: %s", path, problem)
+        log.warning("%s: warning: %s", path, problem)
     return judged.timeline
 
 

@@ -9,7 +9,7 @@ from mimeline.timeline.draft import Draft, nearest, shown
 from mimeline.timeline.formats import csv_file, elan, json_file, praat, stmc, webvtt
 
 SOURCE, CLUSTER, CONFIDENCE = "source", "cluster", "confidence"
-FPS, N_FRAMES, MEASURED = "fps", "n_frames", "measured tracks"
+FPS, N_FRAMES, NEUTRAL_TRACKS = "fps", "n_frames", "neutral tracks"
 CLIP, EMPTY, MEDIA = "clip", "clips without intervals", "media"
 
 
@@ -47,7 +47,7 @@ FORMATS: dict[str, Format] = {
             "csv",
             (".csv",),
             "a spreadsheet, pandas",
-            frozenset({EMPTY, FPS, N_FRAMES, MEASURED, MEDIA}),
+            frozenset({EMPTY, FPS, N_FRAMES, NEUTRAL_TRACKS, MEDIA}),
             True,
             csv_file.read,
             csv_file.write,
@@ -83,7 +83,7 @@ FORMATS: dict[str, Format] = {
             "stmc",
             (".txt",),
             "STMC and its kin",
-            _OF_INTERVALS | {CLIP, EMPTY, FPS, N_FRAMES, MEASURED, MEDIA},
+            _OF_INTERVALS | {CLIP, EMPTY, FPS, N_FRAMES, NEUTRAL_TRACKS, MEDIA},
             True,
             stmc.read,
             stmc.write,

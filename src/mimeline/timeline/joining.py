@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Literal
 
 from mimeline.errors import BadFile
-from mimeline.timeline.comparison import Pair, alike, meeting, require_same_frames
+from mimeline.timeline.comparison import Pair, alike, meeting, require_same_frames, shared
 from mimeline.timeline.timeline import Interval, Timeline
 from mimeline.vocabulary import TRACKS
 
@@ -72,13 +72,21 @@ def _pieces(interval: Interval, others: Collection[Interval]) -> list[Interval]:
 
 
 def _joined(first: Sequence[Interval], second: Sequence[Interval]) -> list[Interval]:
-    """The intervals of both; what continues an interval of the other timeline is one with it."""
+    """The intervals of both; what continues an interval of the other timeline is one with it.
+
+    Two that touch stay two where one of them is in both timelines, which end it there.
+    """
     group = {interval: {interval} for interval in (*first, *second)}
+    ended = {_place(interval) for interval in first} & {_place(interval) for interval in second}
     for x, y in meeting(first, second):
-        if alike(x, y):
+        if alike(x, y) and (shared(x, y) or ended.isdisjoint((_place(x), _place(y)))):
             both = group[x] | group[y]
             group |= dict.fromkeys(both, both)
     return [_one(parts) for parts in {frozenset(parts) for parts in group.values()}]
+
+
+def _place(interval: Interval) -> tuple:
+    return interval.action, interval.side, interval.start, interval.end
 
 
 def _one(parts: Collection[Interval]) -> Interval:

@@ -54,7 +54,8 @@ class Timeline:
     TRACKS, each track's intervals sorted.
 
     Raises ValueError where the clip has no name, or an interval is empty, out of the clip, on a
-    track that is not its action's, or shares a frame with another one of its track and side.
+    track that is not its action's, shares a frame with another one of its track and side, or has a
+    side, source, cluster or confidence that there is not.
     """
 
     clip_id: str
@@ -84,6 +85,8 @@ class Timeline:
                 raise ValueError(f"{self.clip_id}: {interval} has no such side or source")
             if interval.confidence is not None and not 0 <= interval.confidence <= 1:
                 raise ValueError(f"{self.clip_id}: the confidence of {interval} is no share")
+            if interval.cluster is not None and interval.cluster < 0:
+                raise ValueError(f"{self.clip_id}: the cluster of {interval} is below 0")
             if not 0 <= interval.start < interval.end <= self.n_frames:
                 raise ValueError(f"{self.clip_id}: {interval} in a clip of {self.n_frames} frames")
         for a, b in overlaps(intervals):

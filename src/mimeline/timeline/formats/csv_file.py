@@ -3,6 +3,7 @@
 import csv
 import io
 import re
+from collections import Counter
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -41,8 +42,8 @@ def read(path: Path) -> list[Draft]:
         header = [name.strip() for name in next(rows, [])]
         _check_header(path, header)
         for row in rows:
-            if not row:
-                continue
+            if not any(cell.strip() for cell in row):
+                continue  # spreadsheets write rows that were emptied
             place = f"line {rows.line_num}"
             cells = dict(zip(header, row, strict=False))
             intervals, problems = by_clip.setdefault(cells.get("clip_id") or None, ([], []))
@@ -67,7 +68,7 @@ def read(path: Path) -> list[Draft]:
 def _check_header(path: Path, header: list[str]) -> None:
     missing = [name for name in NEEDED if name not in header]
     unknown = [name for name in header if name not in COLUMNS]
-    doubled = [name for name in header if header.count(name) > 1]
+    doubled = [name for name, count in Counter(header).items() if count > 1]
     if not (missing or unknown or doubled):
         return
     if len(header) == 1 and ";" in header[0]:
@@ -81,7 +82,7 @@ def _check_header(path: Path, header: list[str]) -> None:
         place="line 1",
         found=f"no column {', '.join(missing)}"
         if missing
-        else f"column {', '.join(map(shown, unknown or doubled))}",
+        else f"column {shown(', '.join(unknown or doubled))}",
         expected="each column of the intervals table once",
         remedy=remedy,
     )

@@ -35,8 +35,7 @@ from mimeline.vocabulary import TRACKS, track_actions
 CLIP, FPS, FRAMES = "mimeline.clip", "mimeline.fps", "mimeline.frames"
 LANGUAGE = "und"  # undetermined: actions are names, not words of a language
 
-_SLOT_TIME = re.compile(r"[0-9]{1,12}")
-_FRAMES = re.compile(r"[0-9]{1,12}")
+_COUNT = re.compile(r"[0-9]{1,12}")
 _NOT_XML = re.compile("[^\t\n\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 
@@ -74,7 +73,7 @@ def _root(path: Path) -> ET.Element:
     except defusedxml.DefusedXmlException as error:
         raise BadFile(
             path,
-            found="a document type with entities of its own",
+            found="a document type, which may hold entities of its own",
             expected="an ELAN file, which has none",
             remedy="Do not open it: ELAN writes no such file. Ask where it comes from.",
         ) from error
@@ -111,7 +110,7 @@ def _facts(path: Path, root: ET.Element) -> dict:
         if FPS in told:
             facts["fps"] = frame_rate(told[FPS])
         if FRAMES in told:
-            if not _FRAMES.fullmatch(told[FRAMES].strip()):
+            if not _COUNT.fullmatch(told[FRAMES].strip()):
                 raise ValueError(f"{shown(told[FRAMES])} is no number of frames")
             facts["n_frames"] = int(told[FRAMES])
     except ValueError as error:
@@ -130,7 +129,7 @@ def _slots(root: ET.Element) -> dict[str, Fraction | None]:
     slots = {}
     for slot in root.iterfind("TIME_ORDER/TIME_SLOT"):
         time = slot.get("TIME_VALUE", "")
-        known = Fraction(int(time), 1000) if _SLOT_TIME.fullmatch(time) else None
+        known = Fraction(int(time), 1000) if _COUNT.fullmatch(time) else None
         slots[slot.get("TIME_SLOT_ID", "")] = known
     return slots
 

@@ -1,11 +1,13 @@
 """JSON of our own schema (`resources/timeline.schema.json`): keeps all that a Timeline holds."""
 
 import json
+from collections import Counter
 from collections.abc import Sequence
 from fractions import Fraction
 from pathlib import Path
 
 from mimeline.errors import BadFile
+from mimeline.timeline.clock import MOST_FRAMES
 from mimeline.timeline.draft import Draft, DraftInterval, Problem, nearest, shown
 from mimeline.timeline.formats.json_schema import VERSION
 from mimeline.timeline.formats.text_file import read_text
@@ -14,7 +16,6 @@ from mimeline.timeline.timeline import SIDES, SOURCES, Interval, Timeline
 MOST_BYTES = 512 * 2**20  # the timelines of a whole data set
 CLIP_KEYS = ("schema_version", "clip_id", "fps", "n_frames", "tracks")
 INTERVAL_KEYS = ("action", "start_frame", "end_frame", "side", "source", "cluster", "confidence")
-MOST_FRAMES = 10**12
 MOST_OF_RATE = 10**6
 
 
@@ -46,8 +47,8 @@ def read(path: Path) -> list[Draft]:
 def _once(pairs: list[tuple[str, object]]) -> dict[str, object]:
     found = dict(pairs)
     if len(found) < len(pairs):
-        names = [name for name, _ in pairs]
-        doubled = next(name for name in found if names.count(name) > 1)
+        counts = Counter(name for name, _ in pairs)
+        doubled = next(name for name, count in counts.items() if count > 1)
         raise ValueError(f"key {shown(doubled)} twice in one object")
     return found
 
@@ -66,12 +67,14 @@ class _Reader:
     def draft(self, clip: object) -> Draft:
         intervals: list[DraftInterval] = []
         told = self._object("", clip, CLIP_KEYS)
-        if told and _whole(told.get("schema_version")) != VERSION:
+        if told is None:
+            return Draft(None, (), in_seconds=False, problems=tuple(self.problems))
+        if _whole(told.get("schema_version")) != VERSION:
             self._wrong("schema_version", told.get("schema_version"), str(VERSION))
         clip_id = told.get("clip_id")
-        if told and not (isinstance(clip_id, str) and clip_id):
+        if not (isinstance(clip_id, str) and clip_id):
             self._wrong("clip_id", clip_id, "the clip's name")
-        tracks = told.get("tracks", {})
+        tracks = told.get("tracks")
         if not isinstance(tracks, dict):
             self._wrong("tracks", tracks, "an object with a list per measured track")
             tracks = {}
@@ -95,7 +98,7 @@ class _Reader:
     def _interval(self, place: str, track: str, entry: object) -> list[DraftInterval]:
         before = len(self.problems)
         told = self._object(place, entry, INTERVAL_KEYS)
-        if not told:
+        if told is None:
             return []
         action = told.get("action")
         if not isinstance(action, str):
@@ -129,10 +132,10 @@ class _Reader:
             )
         ]
 
-    def _object(self, place: str, value: object, keys: Sequence[str]) -> dict:
+    def _object(self, place: str, value: object, keys: Sequence[str]) -> dict | None:
         if not isinstance(value, dict):
             self._wrong(place or "the clip", value, f"an object with {', '.join(keys)}")
-            return {}
+            return None
         for name in value:
             if name not in keys:
                 close = nearest(name, keys)
@@ -153,6 +156,8 @@ class _Reader:
 
     def _rate(self, value: object) -> Fraction | None:
         told = self._object("fps", value, ("num", "den"))
+        if told is None:
+            return None
         above, below = (_whole(told.get(name)) or 0 for name in ("num", "den"))
         if 0 < above <= MOST_OF_RATE and 0 < below <= MOST_OF_RATE:
             return Fraction(above, below)

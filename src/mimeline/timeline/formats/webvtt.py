@@ -30,8 +30,9 @@ NOTE = "NOTE mimeline "
 NOTE_FORM = '{"clip": "a", "fps": "30000/1001", "frames": 300, "tracks": ["brow"]}'
 
 _TIME = r"(?:([0-9]{2,9}):)?([0-5][0-9]):([0-5][0-9])\.([0-9]{3})"
-_TIMES = re.compile(rf"[ \t]*{_TIME}[ \t]+-->[ \t]+{_TIME}(?:[ \t].*)?", re.ASCII)
-_VOICE = re.compile(r"<v(?:\.[^\s<>]*)?[ \t]+([^<>]*)>([^<]*)(?:</v>)?")
+_ARROW = "-->"
+_TIMES = re.compile(rf"[ \t]*{_TIME}[ \t]*{_ARROW}[ \t]*{_TIME}(?:[ \t].*)?", re.ASCII)
+_VOICE = re.compile(r"<v(?:\.[^\s<>]*)?[ \t]([^<>]*)>([^<]*)(?:</v>)?")
 _TAG = re.compile(r"<[^<>]*>")
 _NO_CUE = ("NOTE", "STYLE", "REGION")
 
@@ -52,37 +53,43 @@ def read(path: Path) -> list[Draft]:
     spoken: list[tuple[str, DraftInterval]] = []  # with its voice as written
     problems: list[Problem] = []
     for number, block in _blocks(lines):
-        if number == 1 and not any("-->" in line for line in block):
+        times_below = any(_ARROW in line for line in block[1:])
+        if number == 1 and not times_below:
             continue  # what stands below WEBVTT is its header
         if number == 1:
             number, block = 2, block[1:]
         if block[0].startswith(NOTE):
             facts = _facts(path, number, block[0].removeprefix(NOTE))
-        elif block[0].split(maxsplit=1)[0] not in _NO_CUE:
-            timing = 0 if "-->" in block[0] else 1
-            if match := _TIMES.fullmatch(block[timing]) if len(block) > timing else None:
-                spoken += _spoken(f"line {number + timing}", match, block[timing + 1 :])
-            else:
-                problems.append(_no_cue(number, block))
+        if block[0].split(maxsplit=1)[0] in _NO_CUE and not times_below:
+            continue  # right above times, a note is a cue's name
+        timing = 0 if _ARROW in block[0] else 1
+        if match := _TIMES.fullmatch(block[timing]) if len(block) > timing else None:
+            spoken += _spoken(f"line {number + timing}", match, block[timing + 1 :])
+        else:
+            problems.append(_no_cue(number, block))
     said: dict[str, list[str]] = {}
     for voice, entry in spoken:
         said.setdefault(voice, []).append(entry.action)
-    foreign = [v for v, actions in said.items() if v and is_foreign(v, tuple(actions))]
-    problems += [ignored(f"voice {shown(voice)}", len(said[voice])) for voice in foreign]
+    foreign = {v: len(found) for v, found in said.items() if v and is_foreign(v, tuple(found))}
+    problems += [ignored(f"voice {shown(voice)}", count) for voice, count in foreign.items()]
     intervals = tuple(entry for voice, entry in spoken if voice not in foreign)
     told = {"clip_id": None} | facts
     return [Draft(intervals=intervals, in_seconds=True, problems=tuple(problems), **told)]
 
 
 def _blocks(lines: list[str]) -> Iterator[tuple[int, list[str]]]:
-    """Lines between empty ones, with the number of the first."""
+    """Lines between empty ones, with the number of the first.
+
+    Times begin a block as well, but for those below its first line, which is then a cue's name.
+    """
     block: list[str] = []
     for number, line in enumerate([*lines, ""], start=1):
-        if line.strip():
-            block.append(line)
-        elif block:
+        is_named = len(block) == 1 and _ARROW not in block[0]
+        if block and (not line.strip() or (_ARROW in line and not is_named)):
             yield number - len(block), block
             block = []
+        if line.strip():
+            block.append(line)
 
 
 def _facts(path: Path, number: int, note: str) -> dict:
