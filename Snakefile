@@ -4,7 +4,7 @@ from pathlib import Path
 from snakemake.utils import min_version
 
 from mimeline.run import remember
-from mimeline.vocabulary import SERIES_REGIONS, resource
+from mimeline.vocabulary import SERIES_REGIONS
 from mimeline.workflow import (
     chosen,
     code_digest,
@@ -12,6 +12,7 @@ from mimeline.workflow import (
     limits_of_videos,
     listing,
     rate_of_clips,
+    resource_table,
     settle_config,
     tracker_of_takes,
 )

@@ -5,7 +5,15 @@ from types import SimpleNamespace
 import pytest
 
 from mimeline.errors import BadFile
-from mimeline.workflow import chosen, code_digest, listing, settle_config, stage
+from mimeline.vocabulary import resource
+from mimeline.workflow import (
+    chosen,
+    code_digest,
+    listing,
+    resource_table,
+    settle_config,
+    stage,
+)
 
 
 class Outputs(dict):
@@ -103,3 +111,11 @@ def test_a_listing_of_a_single_file_follows_its_size_and_time(tmp_path: Path):
     one = listing(str(file))
     file.write_bytes(b"longer")
     assert listing(str(file)) != one
+
+
+def test_a_static_table_is_told_from_the_checkout_on_so_that_it_can_be_moved(tmp_path, monkeypatch):
+    table = resource("proposals.csv")
+    monkeypatch.chdir(table.parents[1])
+    assert resource_table("proposals.csv") == "resources/proposals.csv"
+    monkeypatch.chdir(tmp_path)
+    assert resource_table("proposals.csv") == str(table)

@@ -119,6 +119,16 @@ def by_region(paths: Sequence[str]) -> dict[str, Path]:
     return {region: Path(path) for region, path in zip(SERIES_REGIONS, paths, strict=True)}
 
 
+def resource_table(name: str) -> str:
+    """Path of a small static table, as an input of a rule.
+
+    Told from this folder on where it lies below it, so that a checkout that was moved or copied
+    runs nothing again.
+    """
+    path = resource(name)
+    return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
+
+
 def listing(path: str | None) -> str:
     """Fingerprint of a file, or of all files in a folder, by name, size and time."""
     if path is None:

@@ -45,7 +45,7 @@ def toy_run(request) -> Workflow:
 
 
 @pytest.fixture(scope="session")
-def studied_run(request) -> tuple[Path, str]:
+def studied_run(request, toy_run) -> tuple[Path, str]:
     """The results of a finished run on which sweep and experiments ran, and what these said."""
     return request.session.stash[BESIDE].get("studied_run")
 

@@ -102,7 +102,7 @@ rule experiment_region:
         ledgers=LEDGERS,
         motions=expand("<results>/ingest/{shard}/motion.parquet", shard=SHARDS),
         units=expand("<results>/ingest/{shard}/action_units.parquet", shard=SHARDS),
-        rules=resource("proposals.csv"),
+        rules=resource_table("proposals.csv"),
         truth=TRUTH,
     output:
         found="<results>/experiments/{region}.parquet",
@@ -137,7 +137,7 @@ rule experiments:
             "<results>/experiments/{region}-left-out.parquet", region=SERIES_REGIONS
         ),
         annotation="<results>/evaluate/annotation/metrics.parquet",
-        paper=resource("paper_scores.csv"),
+        paper=resource_table("paper_scores.csv"),
     output:
         page="<results>/experiments/index.html",
         summary="<results>/experiments/summary.parquet",
@@ -173,7 +173,7 @@ rule exemplars:
             "<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS
         ),
         models=expand("<results>/segment/{region}/model", region=SERIES_REGIONS),
-        rules=resource("proposals.csv"),
+        rules=resource_table("proposals.csv"),
     output:
         proposed="<results>/label/proposed.parquet",
         exemplars="<results>/label/exemplars.parquet",
@@ -262,7 +262,7 @@ rule evaluate_annotation:
         clusters=expand(
             "<results>/segment/{region}/clusters.parquet", region=SERIES_REGIONS
         ),
-        rules=resource("proposals.csv"),
+        rules=resource_table("proposals.csv"),
         truth=TRUTH,
     output:
         metrics="<results>/evaluate/annotation/metrics.parquet",
