@@ -151,7 +151,7 @@ def _unseen(series: RegionSeries, recordings: Recordings, plan: Plan, seed: int)
     if not 0 < plan.unseen < 1 or count >= len(sources):
         kept = f"{plan.unseen:g} of {len(sources)} sources"
         raise LeftOut(f"experiments.unseen leaves nothing to fit: {kept}")
-    drawn = np.random.default_rng([seed, plan.configured["window"]]).permutation(sources)[:count]
+    drawn = np.random.default_rng(seed).permutation(sources)[:count]
     out = own.isin(drawn).to_numpy()
     seen = replace(series, frames=series.frames[~out], lengths=sequences(series.frames[~out])[1])
     _allow(seen, plan, {})

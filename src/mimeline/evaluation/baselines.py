@@ -34,7 +34,7 @@ CHAIN_GAIN = 1.0  # nats of all frames: a step that gains less is the last
 # 7,000 frames take CLaP 40 s and 0.8 GB of memory, 13,400 take 1.5 GB: a long corpus has no end.
 CLAP_FRAMES, CLAP_SECONDS = 7000, 3600
 UNTRIED = -1
-CLASPY = "python3.11 -m venv claspy && claspy/bin/pip install claspy"
+CLASPY = "python -m venv claspy && claspy/bin/pip install claspy"
 
 
 def by_mixture(X: np.ndarray, n: int, seed: int) -> np.ndarray:

@@ -102,11 +102,11 @@ def tried(
     every = [a for a in attempts(recordings, plan) if asked is None or a.experiment in asked]
     runs = [(a, first + n) for n in range(seeds) for a in every if a.seeded or not n]
     counts, reasons = [], {}
-    for attempt, seed in told(runs, f"experiments on the {plan.region} series", log):
+    for attempt, seed in told(runs, f"runs of experiments on the {plan.region} series", log):
         names = [(plan.region, attempt.experiment, setting) for setting in attempt.settings]
         try:
             results = attempt.find(seed)
-        except (LeftOut, ValueError, np.linalg.LinAlgError, MimelineError) as error:
+        except (LeftOut, ValueError, MimelineError) as error:
             for name in names:
                 if name not in reasons:
                     log.info("%s, %s %s is left out: %s", *name, error)

@@ -9,17 +9,20 @@ from mimeline.reporting.paired import Compared, Estimate, Key
 ALIKE = 0.03  # the paper calls what differs by .01 to .03 similar
 LITTLE = 0.01  # macro-F1 that makes no difference in practice
 SAME, TIE, OTHER = "as in the paper", "a tie", "the other way round"
+HARDLY, APART = "hardly a difference", "not the same"
 
 
 @dataclass(frozen=True)
 class Claim:
     """better does better than worse; or, where alike, they do much the same.
 
-    better, worse: a setting, by region; a region that is absent cannot tell.
+    place: in the paper · difference: of which two, in words · better, worse: a setting, by region;
+    a region that is absent cannot tell.
     """
 
     text: str
     place: str
+    difference: str
     better: Mapping[str, Key]
     worse: Mapping[str, Key]
     alike: bool = False
@@ -59,18 +62,21 @@ def claims(compared: Mapping[str, Compared], configured: Mapping[str, Mapping]) 
     joined = every(("separators", JOINED))
     fewest, most = (beyond("clusters", "n_clusters", end) for end in (min, max))
     found = [
-        Claim("Too few clusters do worse", "Fig. 6", reference, fewest),
-        Claim("Too many clusters do worse", "Fig. 6", reference, most),
-        Claim("Too small a beta does worse", "Fig. 7", reference, beyond("beta", "beta", min)),
-        Claim("Too large a beta does worse", "Fig. 7", reference, beyond("beta", "beta", max)),
-        Claim("Null sequences do better than no separator", "Fig. 7", nulls, joined),
-        Claim("Blendshapes do better than action units", "Fig. 7",
-              reference, every(("descriptors", "action units"))),
-        Claim("Unseen clips come out much the same", "4.1",
+        Claim("Too few clusters do worse", "Fig. 6", "configured − fewest", reference, fewest),
+        Claim("Too many clusters do worse", "Fig. 6", "configured − most", reference, most),
+        Claim("Too small a beta does worse", "Fig. 7, brow", "configured − smallest",
+              reference, beyond("beta", "beta", min)),
+        Claim("Too large a beta does worse", "Fig. 7, brow", "configured − largest",
+              reference, beyond("beta", "beta", max)),
+        Claim("Null sequences do better than no separator", "Fig. 7, brow",
+              "null sequences − one sequence", nulls, joined),
+        Claim("Blendshapes do better than action units", "Fig. 7, brow",
+              "blendshapes − action units", reference, every(("descriptors", "action units"))),
+        Claim("Unseen clips come out much the same", "4.1", "unseen − fitted as well",
               every(("unseen", "unseen")), reference, alike=True),
-        Claim("One side tells as much as both", "3.1",
+        Claim("One side is enough", "3.1, without a score", "both sides − one side",
               every(("sides", "both sides")), reference, alike=True),
-        Claim("TICC does better than thresholds", "3.1",
+        Claim("Thresholds alone do worse", "1 and 3.1, without a score", "TICC − thresholds",
               reference, every(("baselines", "thresholds"))),
     ]  # fmt: skip
     return [claim for claim in found if claim.better.keys() & claim.worse.keys()]
@@ -92,9 +98,10 @@ def _verdict(difference: Estimate, alike: bool) -> Verdict:
             return Verdict(SAME, "same", difference)
         if difference.tie:
             return Verdict(TIE, "tie", difference)
-        return Verdict("better" if difference.value > 0 else "worse", "other", difference)
+        return Verdict(APART, "other", difference)
     if difference.tie:
         return Verdict(TIE, "tie", difference)
+    if abs(difference.value) < LITTLE:
+        return Verdict(HARDLY, "tie", difference)
     words, kind = (SAME, "same") if difference.value > 0 else (OTHER, "other")
-    hardly = abs(difference.value) < LITTLE
-    return Verdict(f"{words}, but hardly" if hardly else words, kind, difference)
+    return Verdict(words, kind, difference)

@@ -11,6 +11,7 @@ import pandas as pd
 
 from mimeline import tables
 from mimeline.evaluation.attempts import BOUNDARIES, JOINED, REFERENCE
+from mimeline.evaluation.baselines import CLASPY
 from mimeline.reporting import words
 from mimeline.reporting.claims import claims, verdicts
 from mimeline.reporting.dots import DotChart, dot_chart
@@ -44,8 +45,9 @@ ABOUT = {  # experiment → title, what it asks
     ),
     "descriptors": (
         "What describes the motion",
-        "The paper finds action units less precise than blendshapes (Fig. 7). “Action units” are "
-        "on or off here, by rule from the blendshapes; measured ones are the tracker’s own.",
+        "The paper finds action units less precise than blendshapes (Fig. 7: brow, 8 clusters). "
+        "Its units were detected in pictures. “Action units” here are the blendshapes put through "
+        "a limit, which tells what on or off loses; measured ones are the tracker’s own.",
     ),
     "sides": (
         "One side or both",
@@ -58,15 +60,16 @@ ABOUT = {  # experiment → title, what it asks
     ),
     "baselines": (
         "Other methods",
-        "With as many clusters or states as TICC has (CLaP finds their number), each with its best "
-        "name. Thresholds name a frame alone by the rules that propose names.",
+        "With as many clusters or states as TICC has, each with its best name. CLaP finds their "
+        "number, and is given and judged by some of the clips where there are many. Thresholds "
+        "name a frame alone by the rules that propose names.",
     ),
 }
 SETTINGS = {"thresholds": "thresholds", "Gaussian mixture": "mixture", "Gaussian HMM": "HMM"}
 HOW = {
     "CLaP": (
         "claspy cannot share an environment with mimeline. Two commands give it one of its own:",
-        "python -m venv claspy && claspy/bin/pip install claspy",
+        CLASPY,
         "snakemake --cores 2 experiments --config 'experiments={claspy: claspy/bin/python}'",
     ),
     "measured action units": (
@@ -80,7 +83,7 @@ PREFIX, DIFFERENCE = "f1_", "difference_"
 
 @dataclass(frozen=True)
 class Cell:
-    """score, difference: None where there is none; paper: its value in words, or empty."""
+    """score, difference: None where there is none; paper: what it reports, or empty."""
 
     score: Estimate | None
     difference: Estimate | None
@@ -259,7 +262,10 @@ def _paper(published: pd.DataFrame, key: Key, region: str) -> str:
         & (published["setting"] == asked[1])
         & (published["region"] == region)
     ]
-    return words.score(own["value"].iloc[0]) if len(own) else ""
+    if own.empty:
+        return ""
+    best = "’s best" if key == REFERENCE else ""
+    return f"paper{best} {words.score(own['value'].iloc[0])}"
 
 
 def _dots(rows: Sequence[Row], regions: Sequence[str]) -> DotChart | None:
@@ -275,7 +281,7 @@ def _dots(rows: Sequence[Row], regions: Sequence[str]) -> DotChart | None:
 
 
 def _limits(annotation: Path, published: pd.DataFrame) -> list[tuple[str, Any, str]]:
-    """(region, its row of the metrics, the paper's value) of what limits alone annotate."""
+    """(region, its row of the metrics, what the paper reports) of what limits alone annotate."""
     rows = tables.read(tables.METRICS, annotation)
     own = rows[rows["variant"] == "named"].set_index("metric")
     return [

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from mimeline.annotation.scores import macro_f1
+from mimeline.annotation.scores import macro_f1, resampled
 from mimeline.vocabulary import NEUTRAL, series_actions
 
 Key = tuple[str, str]  # experiment, setting
@@ -56,9 +56,7 @@ class Compared:
             counts[clip[own], place[0][own], place[1][own]] = rows["frames"].to_numpy()[own]
             self.counts.setdefault(key[:2], {})[int(key[2])] = counts
         self._known: dict[Key | tuple[Key, Key], Estimate] = {}  # what was asked before
-        rng = np.random.default_rng(seed)
-        drawn = rng.multinomial(len(clips), np.full(len(clips), 1 / len(clips)), size=resamples)
-        self._weights = np.concatenate([np.ones((1, len(clips))), drawn])
+        self._weights = resampled(len(clips), resamples, np.random.default_rng(seed))
 
     def frames(self, key: Key) -> int:
         """How many frames a setting is judged by, over the seeds the most."""
