@@ -182,6 +182,21 @@ def test_what_is_told_anew_while_exemplars_come_does_not_hold_them_up(label, tab
     expect(label.cards.first).to_be_visible()
 
 
+def test_a_cluster_keeps_its_cards_when_one_that_is_slow_was_left_for_it(label):
+    label.open("brow/3")
+    expect(label.cards.first).to_be_visible()
+    label.page.route("**/exemplars/mouth/4*", lambda route: None)
+    label.page.evaluate(
+        """keys => {
+            for (const key of keys) document.querySelector(`[data-cluster="${key}"]`).click();
+            return new Promise((done) => setTimeout(done, 400));
+        }""",
+        ["mouth/4", "brow/3"],
+    )
+    label.shows("brow/3")
+    expect(label.cards.first).to_be_visible()
+
+
 def test_a_finer_name_does_not_overwrite_what_was_said_elsewhere_meanwhile(label, tabs, served):
     label.open("brow/3")
     label.press("1")

@@ -46,6 +46,7 @@ const outbox = new Outbox({
 let undoable; // steps: { key, was, now, unsafe }
 let shown = null; // a cluster; null: all is answered
 let cards = [];
+let slow; // the timer that takes the cards of the cluster before
 let view = sessionStorage.getItem("view") ?? "film";
 let justNamed = null; // the cluster that was named last, for its finer name
 const looked = new Map(); // key → how many of its exemplars are shown
@@ -53,6 +54,7 @@ const looked = new Map(); // key → how many of its exemplars are shown
 // --- the cluster shown -------------------------------------------------------------------------
 
 async function show(cluster) {
+  clearTimeout(slow); // that of a cluster that was left would take this one's cards
   shown = cluster;
   document.body.classList.toggle("finished", !cluster);
   history.replaceState(null, "", cluster ? `#${cluster.key}` : location.pathname);
@@ -62,10 +64,10 @@ async function show(cluster) {
     return;
   }
   exemplars.giveUpBut(cluster);
-  const slow = setTimeout(clearCards, SLOW_MS);
+  slow = setTimeout(clearCards, SLOW_MS);
   const all = await exemplars.of(cluster);
-  clearTimeout(slow);
   if (!isShown(cluster)) return; // it was left meanwhile
+  clearTimeout(slow);
   clearCards();
   addCards(all ?? []);
   byId("stage").scrollTop = 0;
