@@ -194,13 +194,30 @@ def most_that_meet(true: str, found: str, overlap: float) -> int:
 def test_no_other_pairing_meets_more_intervals(overlap):
     rng = np.random.default_rng(1)
     texts = ["".join(rng.choice(list("...uud"), 40).repeat(rng.integers(1, 4))) for _ in range(60)]
-    for true, noise in pairwise(texts):
-        length = min(len(true), len(noise))
+    true, found = {}, {}
+    for number, (text, noise) in enumerate(pairwise(texts)):
+        clip, length = f"{number:02}", min(len(text), len(noise))
         keep = rng.random(length) < 0.6
-        found = "".join(np.where(keep, list(true[:length]), list(noise[:length])))
-        met = counts_of(true[:length], found, overlap)
-        expected = len(runs_of(true[:length])), len(runs_of(found))
-        assert met == (*expected, most_that_meet(true[:length], found, overlap))
+        true[clip] = text[:length]
+        found[clip] = "".join(np.where(keep, list(text[:length]), list(noise[:length])))
+    own = segment_counts(judged(frames_of(brow=true), frames_of(brow=found)), overlap)["brow"]
+    expected = [
+        (len(runs_of(t)), len(runs_of(f)), most_that_meet(t, f, overlap))
+        for t, f in zip(true.values(), found.values(), strict=True)
+    ]
+    assert list(zip(own.true, own.found, own.met, strict=True)) == expected
+
+
+def test_the_order_of_rows_makes_no_difference():
+    true = frames_of(brow={"a": "..uuu.dd", "b": "uu..dd.."})
+    found = frames_of(brow={"a": ".uuuu.dd", "b": "uuu..d.."})
+    shuffled = [table.sample(frac=1, random_state=0) for table in (true, found)]
+    assert scores_of(*shuffled) == scores_of(true, found)
+
+
+def test_an_action_that_a_clip_shows_throughout_is_judged_though_frames_are_unknown():
+    true, found = frames_of(gaze_h="llllll"), frames_of(gaze_h={"a": "ll??ll", "b": "..rr.."})
+    assert scores_of(true, found)["gaze"]["segment_f1"] == 1
 
 
 @pytest.fixture(scope="module")

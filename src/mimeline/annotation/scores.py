@@ -39,19 +39,20 @@ class Judged:
 
 
 def judged(truth: pd.DataFrame, predicted: pd.DataFrame) -> dict[str, Judged]:
-    """Each track of which a frame counts. truth, predicted: `frames` tables, sorted.
+    """Each track of which a frame counts. truth, predicted: `frames` tables, in any order.
 
     An action that one of the tables does not measure is left out, and so are the frames in which
     the other shows it: what is judged is what both can tell. The lid does not count where the eye
     is closed in truth.
     """
-    both = truth.merge(predicted, on=["clip_id", "frame"], suffixes=("_true", "_pred"))
+    keys = ["clip_id", "frame"]
+    both = truth.merge(predicted, on=keys, suffixes=("_true", "_pred")).sort_values(keys)
     clips, clip = np.unique(both["clip_id"].to_numpy(str), return_inverse=True)
     frame = both["frame"].to_numpy("int64")
+    sides = _side(both, "_true"), _side(both, "_pred")
     found = {}
     for track in TRACKS:
-        sides = _side(both, "_true"), _side(both, "_pred")
-        absent = {name for side in sides for name in unmeasured_actions(side, track)}
+        absent = {a for table in (truth, predicted) for a in unmeasured_actions(table, track)}
         if len(absent) == len(track_actions(track)):
             continue
         true = true_codes(sides[0], track, absent)

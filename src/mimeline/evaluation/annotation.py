@@ -58,9 +58,10 @@ def evaluate_annotation(
     variant's intervals come from the same resamples of clips.
 
     Variants: "named" is what annotate wrote; "oracle" gives each cluster the name that most of its
-    frames have in truth, the best that these clusters allow; "gmm" does so for a Gaussian mixture
-    on single frames, whose intervals may be as short as they come; "thresholds" names each frame
-    alone by the rules that clusters are proposed names by (the paper's other way, section 2).
+    frames have in truth: no other names are right on more frames, though on macro-F1 others may be
+    better; "gmm" does so for a Gaussian mixture on single frames, whose intervals may be as short
+    as they come; "thresholds" names each frame alone by the rules that clusters are proposed names
+    by (the paper's other way, section 2).
     rules: resources/proposals.csv. truth: of `read_truth`, which takes ledgers too, those of the
     stages before; None: then the tables are empty.
     overlap: least intersection over union of an interval that counts as found.

@@ -14,9 +14,9 @@ from mimeline.vocabulary import ACTIONS, CONTROL_REGIONS, TRACKS, region_actions
 
 VARIANTS = {
     "named": "the timelines as written",
-    "oracle": "the same clusters with the best possible names",
+    "oracle": "the same clusters, each named after most of its frames in truth",
     "thresholds": "alone, without clusters: the proposals’ rule on single frames",
-    "gmm": "a Gaussian mixture on single frames, with the best possible names",
+    "gmm": "a Gaussian mixture on single frames, named as the oracle is",
 }
 REGIONS = {"brow": "brow", "eye": "eye (lid)", "mouth": "mouth"}
 LIMITS = {"closure": "closure", "gaze": "gaze", "head": "head"}  # the same in every variant
@@ -26,11 +26,11 @@ MOSTLY = 0.995  # share of the frames that is as good as all of them
 
 @dataclass(frozen=True)
 class Entry:
-    """A line of the table: value and interval per variant, in words."""
+    """A line of the table: value and interval per variant, and how many frames count, in words."""
 
     name: str
     cells: list[tuple[str, str]]
-    judgements: str
+    frames: str
 
 
 @dataclass(frozen=True)
@@ -92,11 +92,11 @@ def _entries(rows: pd.DataFrame, variants: list[str]) -> list[Entry]:
         own = [by_key.get((PREFIX + key, variant)) for variant in variants]
         if any(own):
             cells = [_cell(row) for row in own]
-            entries.append(Entry(name, cells, _judgements([row.n for row in own if row])))
+            entries.append(Entry(name, cells, _frames([row.n for row in own if row])))
     return entries
 
 
-def _judgements(counts: list[int]) -> str:
+def _frames(counts: list[int]) -> str:
     """counts: of each variant, the timelines as written first, which may not know every frame."""
     known, most = counts[0], max(counts)
     return words.count(known) + (f" of {words.count(most)}" if known < MOSTLY * most else "")
