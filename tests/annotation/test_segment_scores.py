@@ -263,3 +263,8 @@ def test_a_draw_is_the_score_of_the_clips_that_it_drew(many):
         own = scores_of(*again)["brow"]
         for name, values in draws.items():
             assert values.values[row] == pytest.approx(own[name]), name
+
+
+def test_one_clip_has_scores_and_no_intervals():
+    assert resampled(1, 50, np.random.default_rng(0)).tolist() == [[1]]
+    assert np.isnan(interval(np.array([0.5]))[1:]).all()

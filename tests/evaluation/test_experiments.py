@@ -8,7 +8,7 @@ import pytest
 from mimeline import tables
 from mimeline.annotation.proposals import read_rules
 from mimeline.evaluation import attempts as trying
-from mimeline.evaluation.experiments import NO_TRUTH, experiments, recorded, tried
+from mimeline.evaluation.experiments import NO_TRUTH, ONE_CLIP, experiments, recorded, tried
 from mimeline.ticc import TICC
 from mimeline.toy.world import simulate
 from mimeline.vocabulary import DESCRIPTORS, NEUTRAL, resource, series_channels
@@ -81,7 +81,7 @@ class Outcome:
     fits: list[tuple[TICC, np.ndarray, np.ndarray]]
 
 
-def run(files: Files, folder: Path, motion=None, truth=True, seeds=1) -> Outcome:
+def run(files: Files, folder: Path, motion=None, truth: str | None = "truth", seeds=1) -> Outcome:
     if motion is not None:
         tables.write(tables.MOTION, motion, folder / "motion.parquet")
     fits = []
@@ -99,7 +99,7 @@ def run(files: Files, folder: Path, motion=None, truth=True, seeds=1) -> Outcome
             motions=[(files.folder if motion is None else folder) / "motion.parquet"],
             units=[files.folder / "units.parquet"],
             rules=resource("proposals.csv"),
-            truth=files.folder / "truth" if truth else None,
+            truth=files.folder / truth if truth else None,
             found=folder / "found.parquet",
             left_out=folder / "left_out.parquet",
             region="brow",
@@ -232,10 +232,20 @@ def test_the_same_plan_gives_the_same_counts(files, plain):
 
 
 def test_without_a_truth_nothing_is_tried(files, tmp_path):
-    outcome = run(files, tmp_path, truth=False)
+    outcome = run(files, tmp_path, truth=None)
     assert outcome.rows.empty
     assert not outcome.left_out
     assert outcome.reason == NO_TRUTH
+    assert not outcome.fits
+
+
+def test_with_the_truth_of_one_clip_nothing_is_tried(files, tmp_path):
+    (files.folder / "one").mkdir()
+    own = files.frames[files.frames["clip_id"] == files.clips["clip_id"][0]]
+    tables.write(tables.FRAMES, own, files.folder / "one" / "frames.parquet")
+    outcome = run(files, tmp_path, truth="one")
+    assert outcome.rows.empty
+    assert outcome.reason == ONE_CLIP
     assert not outcome.fits
 
 

@@ -30,7 +30,7 @@ def test_a_single_lost_clip_is_spoken_of_as_one(tmp_path, ledger):
     for n_lost, said in ((1, "the reason of the other stands"), (2, "of each of the other 2")):
         rows = [*kept("a"), *(lost(f"lost{n}") for n in range(n_lost))]
         way = funnel([ledger(tmp_path / str(n_lost), "catalogue", rows)])
-        assert said in lead(way, parts, [], False)[0]
+        assert said in lead(way, parts, [], "")[0]
 
 
 def test_a_clip_that_vanishes_between_two_stages_is_an_error(tmp_path, ledger):

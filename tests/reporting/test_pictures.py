@@ -178,6 +178,18 @@ def test_an_action_has_no_share_where_its_absence_is_never_known(run):
     assert told == {"SoftSmile": "0 %", "Smile": "50 %", "MouthFrown": "not measured"}
 
 
+def test_a_truth_of_some_clips_is_told_as_such_and_never_drawn_beside_all(run):
+    keys = pd.DataFrame({"clip_id": list("aabb"), "frame": [0, 1, 0, 1]})
+    marks = pd.DataFrame(False, index=range(4), columns=list(ACTIONS)).astype("boolean")
+    frames = pd.concat([keys, marks], axis=1)
+    metrics = run()["annotation_metrics"]
+    whole, some = scores(metrics, frames, frames), scores(metrics, frames, frames[:2])
+    assert (whole.against, some.against) == ("the truth", "the truth of 1 of the 2 clips")
+    assert "no intervals" in some.caution
+    assert all(share.truth == 0 for own in whole.shares.values() for share in own)
+    assert all(share.truth is None for own in some.shares.values() for share in own)
+
+
 @pytest.mark.parametrize(("value", "limit"), [(12.7, 10.0), (3.4, 5.0), (0.25, 0.1), (0, 2)])
 def test_a_gauge_is_in_proportion(value, limit):
     shown = gauge(value, limit)

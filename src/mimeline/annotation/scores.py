@@ -123,9 +123,12 @@ def macro_f1(confusion: np.ndarray) -> np.ndarray:
 def resampled(n_clips: int, resamples: int, rng: np.random.Generator) -> np.ndarray:
     """(1 + resamples, n_clips): how often each clip counts; first each once, then as drawn.
 
+    Of one clip nothing is drawn, (1, 1): it tells nothing of others, and has no interval.
+
     A score's draws are the score of the per-clip counts that each row weighs: scores with the same
     rows are of the same clips (Efron & Tibshirani 1993, chapter 13: the percentile interval).
     """
+    resamples = resamples if n_clips > 1 else 0
     drawn = rng.multinomial(n_clips, np.full(n_clips, 1 / n_clips), size=resamples)
     return np.concatenate([np.ones((1, n_clips)), drawn])
 

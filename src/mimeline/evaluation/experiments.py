@@ -20,6 +20,7 @@ from mimeline.vocabulary import NEUTRAL, series_actions
 log = logging.getLogger(__name__)
 
 NO_TRUTH = "no truth is known for these recordings"
+ONE_CLIP = "truth is known of one clip alone, which tells nothing of others"
 KEYS = ["region", "experiment", "setting", "seed"]
 
 
@@ -52,8 +53,7 @@ def experiments(
     interpreter of an environment that has it.
     """
     if truth is None:
-        tables.write(tables.EXPERIMENTS, tables.empty(tables.EXPERIMENTS), found, NO_TRUTH)
-        tables.write(tables.LEFT_OUT, tables.empty(tables.LEFT_OUT), left_out)
+        _write_none(NO_TRUTH, found, left_out)
         return
     kept = tables.read_all(tables.CLIPS, clips)
     plan = Plan(
@@ -70,11 +70,19 @@ def experiments(
     motion, measured = tables.read_all(tables.MOTION, motions), tables.read_all(table, units)
     true = read_truth(truth, kept, tables.read_all(tables.LEDGER, ledgers))
     recordings = recorded(kept, motion, measured, true, region)
+    if recordings.truth.query("truth >= 0")["clip_id"].nunique() == 1:
+        _write_none(ONE_CLIP, found, left_out)
+        return
     rows, missing = tried(recordings, plan, seeds)
     reason = "" if len(rows) else "; ".join(missing["reason"].unique()) or "no frame counts"
     tables.write(tables.EXPERIMENTS, rows, found, reason)
     tables.write(tables.LEFT_OUT, missing, left_out)
     log.info("%s: %d settings", region, rows.groupby(["experiment", "setting"]).ngroups)
+
+
+def _write_none(reason: str, found: Path, left_out: Path) -> None:
+    tables.write(tables.EXPERIMENTS, tables.empty(tables.EXPERIMENTS), found, reason)
+    tables.write(tables.LEFT_OUT, tables.empty(tables.LEFT_OUT), left_out)
 
 
 def recorded(

@@ -121,7 +121,7 @@ def report(
     n_intervals = int(owners.isin(through).sum())
     facts = {
         "figures": figures(way, finished, n_intervals, scored, trained),
-        "lead": lead(way, parts, found, true is not None),
+        "lead": lead(way, parts, found, scored.against),
         "missing": missing(way, measured, found, drawn, scored, trained, album, twins),
         "funnel": way,
         "evidence": why,

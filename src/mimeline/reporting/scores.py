@@ -21,6 +21,7 @@ VARIANTS = {
 REGIONS = {"brow": "brow", "eye": "eye (lid)", "mouth": "mouth"}
 LIMITS = {"closure": "closure", "gaze": "gaze", "head": "head"}  # the same in every variant
 PREFIX, SEGMENTS = "f1_", "segment_f1_"
+FEW = 20  # clips: intervals over fewer are too narrow (docs/scores.md)
 MOSTLY = 0.995  # share of the frames that is as good as all of them
 
 
@@ -45,8 +46,15 @@ class Share:
 
 @dataclass(frozen=True)
 class Scores:
-    """chart, entries: of frames; segments, lines: of intervals and their edges."""
+    """chart, entries: of frames; segments, lines: of intervals and their edges.
 
+    against: what is scored against, in words, empty without truth; partly: of how many clips, where
+    truth has not all. caution: where truth has few clips.
+    """
+
+    against: str
+    partly: str
+    caution: str
     chart: DotChart | None
     entries: list[Entry]
     segments: DotChart | None
@@ -68,7 +76,11 @@ def scores(metrics: str | Path, frames: pd.DataFrame, truth: pd.DataFrame | None
     drawn = rows[clustered | (rows["variant"] == "named")]
     present = {v: about for v, about in VARIANTS.items() if v in set(rows["variant"])}
     shares, largest = _shares(frames, truth)
+    partly = _partly(frames, truth)
     return Scores(
+        against="" if truth is None else f"the truth{partly and ' of '}{partly}",
+        partly=partly,
+        caution=_caution(truth),
         chart=dot_chart(_of(drawn, PREFIX), PREFIX, REGIONS | LIMITS, list(VARIANTS)),
         entries=_entries(drawn, list(present)),
         segments=dot_chart(_of(drawn, SEGMENTS), SEGMENTS, REGIONS | LIMITS, list(VARIANTS)),
@@ -79,6 +91,24 @@ def scores(metrics: str | Path, frames: pd.DataFrame, truth: pd.DataFrame | None
         shares=shares,
         largest=largest,
     )
+
+
+def _partly(frames: pd.DataFrame, truth: pd.DataFrame | None) -> str:
+    """Of how many of the clips truth is, in words; empty where of all, or of none."""
+    kept = set(frames["clip_id"])
+    known = kept if truth is None else kept & set(truth["clip_id"])
+    if len(known) == len(kept):
+        return ""
+    return f"{words.count(len(known))} of the {words.clips(len(kept))}"
+
+
+def _caution(truth: pd.DataFrame | None) -> str:
+    clips = FEW if truth is None else truth["clip_id"].nunique()
+    if clips >= FEW:
+        return ""
+    if clips == 1:
+        return "One clip alone tells nothing of the others: there are no intervals."
+    return f"{words.clips(clips)} tell little of the others: intervals over so few are too narrow."
 
 
 def _of(rows: pd.DataFrame, prefix: str) -> pd.DataFrame:
@@ -112,12 +142,12 @@ def _cell(row) -> tuple[str, str]:
 def _shares(
     frames: pd.DataFrame, truth: pd.DataFrame | None
 ) -> tuple[dict[str, list[Share]], float]:
-    """By control region; the truth on the same clips."""
+    """By control region; of truth only where it is of all clips, or it could not be compared."""
     if frames.empty:
         return {}, 1.0
     found = _means(frames)
     known = pd.Series(dtype="float64")
-    if truth is not None:
+    if truth is not None and not _partly(frames, truth):
         known = _means(truth[truth["clip_id"].isin(frames["clip_id"].unique())])
     shares: dict[str, list[Share]] = {}
     for region in CONTROL_REGIONS:

@@ -39,7 +39,9 @@ def figures(
         Figure(words.count(intervals), "actions found", _per_minute(intervals, seconds)),
     ]
     if scored.mean is not None:
-        shown.append(Figure(words.score(scored.mean), "annotation F1", "mean of brow, eye, mouth"))
+        context = "mean of brow, eye, mouth"
+        context += f"; {scored.partly}" if scored.partly else ""
+        shown.append(Figure(words.score(scored.mean), "annotation F1", context))
     for model in models:
         told = model.tas.get("request")
         if told is not None:
@@ -50,8 +52,8 @@ def figures(
     return shown
 
 
-def lead(way: Funnel, parts: pd.DataFrame, regions: Sequence[Region], truth: bool) -> list[str]:
-    """What happened, in sentences."""
+def lead(way: Funnel, parts: pd.DataFrame, regions: Sequence[Region], against: str) -> list[str]:
+    """What happened, in sentences. against: of the scores."""
     if not way.kept:
         return ["No clip came through. The funnel below says at which stage each one was lost."]
     lost = way.entered - way.kept
@@ -72,8 +74,8 @@ def lead(way: Funnel, parts: pd.DataFrame, regions: Sequence[Region], truth: boo
             if part in sizes
         ]
         sentences.append(f"Clips are divided {words.listing(told)}.")
-    if truth:
-        sentences.append("The truth is known here, so the scores are measured against it.")
+    if against:
+        sentences.append(f"{against.capitalize()} is known here: the scores are measured by it.")
     return sentences
 
 
