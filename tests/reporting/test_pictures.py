@@ -157,6 +157,18 @@ def test_a_confusion_matrix_tells_shares_of_the_true_frames_and_their_intervals(
     assert matrices(empty_run["confusion"]) == []
 
 
+def test_a_confusion_of_one_clip_has_no_intervals_and_none_says_all_where_it_is_not(run):
+    path = run()["confusion"]
+    shares = tables.read(tables.CONFUSION, path)
+    tables.write(tables.CONFUSION, shares.assign(low=None, high=None), path)
+    (brow,) = matrices(path)
+    assert {cell.spread for row in brow.rows for cell in row.cells} == {""}
+    assert not any("interval" in cell.title for row in brow.rows for cell in row.cells)
+    tables.write(tables.CONFUSION, shares.assign(low=0.9961, high=0.9999), path)
+    (brow,) = matrices(path)
+    assert brow.rows[1].cells[1].spread == "99.6–99.9"
+
+
 def test_a_line_tells_whether_the_edges_of_a_regions_intervals_are_early_or_late(run):
     (line,) = lines(
         tables.read(tables.METRICS, run()["annotation_metrics"]), {"brow": "brow"}, ["named", "gmm"]

@@ -1,6 +1,7 @@
 """What the annotation takes for what: per track, how the frames of each true action were named."""
 
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 
 from mimeline import tables
@@ -64,16 +65,20 @@ def _row(action: str, names: list[str], shares) -> Row:
 
 def _cell(action: str, name: str, own, frames: int) -> Cell:
     low, high = 100 * own["low"], 100 * own["high"]
+    known = isfinite(low) and isfinite(high)
     taken = "found" if action == name else f"taken for {words.spaced(name)}"
     of = f"{words.percent(own['share'])} of {words.plural(frames, 'frame')}"
     return Cell(
         share=float(own["share"]),
         text=words.percent(own["share"]) if own["frames"] else "",
-        spread="–".join(map(_short, (low, high))) if own["frames"] else "",
-        title=f"{words.spaced(action)}, {taken}: {of}, 95 % interval {low:.1f} to {high:.1f} %",
+        spread="–".join(map(_short, (low, high))) if own["frames"] and known else "",
+        title=f"{words.spaced(action)}, {taken}: {of}"
+        + (f", 95 % interval {low:.1f} to {high:.1f} %" if known else ""),
         right=action == name,
     )
 
 
 def _short(per_cent: float) -> str:
+    if 99.5 <= per_cent < 100:
+        return f"{min(per_cent, 99.9):.1f}"
     return f"{per_cent:.{0 if per_cent >= 9.95 else 1}f}"
