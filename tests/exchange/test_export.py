@@ -10,11 +10,18 @@ def test_exported_timelines_score_the_run_as_the_run_itself(run, finished, tmp_p
     found = run("export", "--results", finished, "--to", "eaf", "-o", "mine")
     assert (found.code, found.out) == (0, "")
     assert "6 intervals of 3 clips, 1 linked with their video" in found.err
-    assert "evaluate={truth: mine}" in found.err
+    assert f"evaluate={{truth: {tmp_path / 'mine'}}}" in found.err
     assert "-good_0.mp4" in (tmp_path / "mine" / "-good_0.eaf").read_text()
     clips, ledger = rows_of(finished, "pose", tables.CLIPS), tables.empty(tables.LEDGER)
     truth = read_truth(tmp_path / "mine", clips, ledger)
     assert truth.equals(rows_of(finished, "annotate", tables.FRAMES))
+
+
+def test_the_command_names_the_folder_as_the_run_finds_it(run, finished, tmp_path):
+    (tmp_path / "results").symlink_to(finished)
+    for folder, truth in (("mine", "mine"), ("../away", tmp_path.parent / "away")):
+        found = run("export", "good_1", "--to", "csv", "-o", folder, "--overwrite")
+        assert f"evaluate={{truth: {truth}}}" in found.err
 
 
 def test_clips_are_asked_for_as_why_takes_them(run, finished, tmp_path):

@@ -146,13 +146,28 @@ def test_a_folder_is_made_where_the_name_has_no_ending(run, clip, tmp_path):
     assert found.code == 1 and "Say it, as --to eaf." in found.err
 
 
-def test_a_folder_is_not_read(run, clip, tmp_path):
+def test_a_folder_is_read_by_convert_alone(run, clip, tmp_path):
     (tmp_path / "mine").mkdir()
     clip("a.json")
-    for arguments in (("convert", "mine", "b.eaf"), ("diff", "a.json", "mine"), ("lint", "mine")):
+    for arguments in (("diff", "a.json", "mine"), ("lint", "mine")):
         found = run(*arguments)
         assert found.code and "found a folder" in found.out + found.err
         assert "mine/*" in found.out + found.err
+
+
+def test_a_folder_is_converted_file_by_file(run, clip, tmp_path):
+    for name in ("a", "b"):
+        clip(f"mine/{name}.eaf", clip_id=name)
+    assert "of 2 clips" in run("convert", "mine", "out", "--to", "json").err
+    assert {path.name for path in (tmp_path / "out").iterdir()} == {"a.json", "b.json"}
+    found = run("convert", "mine", "mine", "--to", "eaf", "--overwrite")
+    assert found.code == 1 and "the file that is read" in found.err
+    assert "leave --clip out" in run("convert", "mine", "c.csv", "--clip", "a").err
+    clip("mine/c.vtt", clip_id="a")
+    found = run("convert", "mine", "all.csv")
+    assert found.code == 1 and "clip a: found a clip that is in mine/a.eaf too" in found.err
+    (tmp_path / "empty").mkdir()
+    assert "no file of timelines" in run("convert", "empty", "all.csv").err
 
 
 def test_a_file_of_several_clips_goes_to_a_folder_or_one_of_them_to_a_file(run, clip, tmp_path):
@@ -177,6 +192,10 @@ def test_a_video_is_linked_where_it_is_there(run, clip, tmp_path):
     (tmp_path / "clip.mp4").write_bytes(b"")
     assert run("convert", "clip.json", "clip.eaf", "--media", "clip.mp4").code == 0
     assert 'RELATIVE_MEDIA_URL="./clip.mp4"' in (tmp_path / "clip.eaf").read_text()
+    arguments = ("merge", "clip.json", "clip.json", "-o", "both.eaf", "--media")
+    assert "no.mp4: found no such file" in run(*arguments, "no.mp4").err
+    assert run(*arguments, "clip.mp4").code == 0
+    assert 'RELATIVE_MEDIA_URL="./clip.mp4"' in (tmp_path / "both.eaf").read_text()
     assert "media" in run("convert", "clip.json", "clip.csv", "--media", "clip.mp4").err
 
 
@@ -243,7 +262,8 @@ def test_merge_asks_who_is_right_and_then_writes(run, clip, tmp_path):
     found = run("merge", "a.json", "b.json", "-o", "out.json")
     assert found.code == 1 and "SoftSmile against MouthFrown on mouth" in found.err
     assert "--prefer first" in found.err and not (tmp_path / "out.json").exists()
-    assert run("merge", "a.json", "b.json", "-o", "out.json", "--prefer", "second").code == 0
+    found = run("merge", "a.json", "b.json", "-o", "out.json", "--prefer", "second")
+    assert found.code == 0 and "0 cut and 1 left out of a.json" in found.err
     merged = files.read(tmp_path / "out.json")
     assert merged.tracks["brow"] == tuple(BROW)
     assert [i.action for i in merged.tracks["mouth"]] == ["Smile", "MouthFrown"]
@@ -265,7 +285,7 @@ def test_lint_has_a_line_for_each_problem_and_its_code_tells_errors(run, clip, t
     *problems, end = found.out.splitlines()
     assert len(problems) == 3 and end == "3 errors, 0 warnings in 2 files"
     assert all(line.startswith(("bad.csv: error: ", "missing.eaf: error: ")) for line in problems)
-    assert "Write Smile." in found.out
+    assert "Did you mean Smile?" in found.out
 
 
 def test_lint_tells_programs_the_same(run, clip):

@@ -83,9 +83,9 @@ def test_formats_of_intervals_alone_have_a_neutral_track_by_a_row_that_says_so(t
 
 def test_frames_per_second_and_frames_have_to_be_said(file):
     path = file(HEADER + "a,mouth,Smile,3,9,,,,\n")
-    with pytest.raises(BadFile, match="--fps 30000/1001. 1 more: mimeline timeline lint"):
+    with pytest.raises(BadFile, match="--fps RATE, such as 25.*1 more: mimeline timeline lint"):
         read(path)
-    with pytest.raises(BadFile, match="no length.*--frames 300"):
+    with pytest.raises(BadFile, match="no length.*--frames N"):
         read(path, FPS)
 
 
@@ -111,8 +111,8 @@ def test_each_clip_has_its_own_length(file):
         ("a,mouth,Smile,3,9,,,,7", "line 2, column confidence", "share"),
         ("a,mouth,Smile,3,9", "line 2", "5 cells"),
         (",mouth,Smile,3,9,,,,", "line 2", "clip_id"),
-        ("a,mouth,Smle,3,9,,,,", "line 2", "Write Smile"),
-        ("a,mouht,Smile,3,9,,,,", "line 2", "Write mouth"),
+        ("a,mouth,Smle,3,9,,,,", "line 2", "Did you mean Smile"),
+        ("a,mouht,Smile,3,9,,,,", "line 2", "Did you mean mouth"),
         ("a,brow,Smile,3,9,,,,", "line 2", "Move it to mouth"),
         ("a,mouth,Smile,9,3,,,,", "line 2", "reversed"),
         ("a,mouth,Smile,3,3,,,,", "line 2", "empty"),
@@ -131,7 +131,10 @@ def test_a_row_that_is_wrong_is_refused_at_its_place(file, row, place, told):
     ("header", "told"),
     [
         (HEADER.replace(",", ";"), "not semicolons"),
-        (HEADER.replace("start_frame", "start_fram"), 'Call column "start_fram" start_frame'),
+        (
+            HEADER.replace("start_frame", "start_fram"),
+            "Did you mean start_frame by column",
+        ),
         (HEADER.replace("track,", ""), "no column track"),
         (HEADER.replace("side", "track"), 'column "track"'),
         ("", "no column clip_id"),

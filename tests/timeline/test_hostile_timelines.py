@@ -133,13 +133,17 @@ def test_xml_with_a_document_type_is_refused_before_it_is_opened_up(folder, cont
 @pytest.mark.parametrize(
     ("content", "told"),
     [
-        (b"<ANNOTATION_DOCUMENT>", "line 1, column 22: found no element found"),
+        (b"<ANNOTATION_DOCUMENT>", "line 1, column 22: found the end of the file, before"),
+        (b"<a>\n <b></a>", "line 2, column 7: found an element that is closed though another"),
         (b"<a/>", 'XML of "a", expected an ANNOTATION_DOCUMENT'),
-        (b"PK\x03\x04\x00\x00", "line 1, column 3: found not well-formed"),
+        (b"PK\x03\x04\x00\x00", "line 1, column 3: found a character or a tag that XML"),
         (b'<?xml version="1.0" encoding="ducks"?><a/>', "found unknown encoding"),
         (b'<?xml version="1.0" encoding="utf-7"?><a/>', "XML of an ELAN file"),
         (b"<a>" * 200000, "line 1"),
-        ("<!-- \u00e9 -->".encode("latin-1"), "line 1, column 6: found not well-formed"),
+        (
+            "<!-- \u00e9 -->".encode("latin-1"),
+            "line 1, column 6: found a character or a tag",
+        ),
     ],
 )
 def test_what_is_no_elan_file_is_refused_at_its_place(folder, content, told):
@@ -258,8 +262,8 @@ def test_a_write_that_fails_leaves_what_stood_there(folder):
     ("name", "format", "told"),
     [
         ("a.srt", None, r'ends in ".srt", expected one that ends in .json, .csv'),
-        ("a", None, "a name without a suffix"),
-        ("a.vtt", "elna", 'format "elna".*Say elan'),
+        ("a", None, "a name without an ending"),
+        ("a.vtt", "elna", 'format "elna".*Did you mean elan'),
         ("a.vtt", "zzz", "Say one of these"),
     ],
 )

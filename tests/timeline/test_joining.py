@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mimeline.errors import BadFile
-from mimeline.timeline.joining import merge
+from mimeline.timeline.joining import Cost, cost, merge
 from mimeline.timeline.timeline import Interval, Timeline
 
 from .test_comparison import timeline, timelines
@@ -49,6 +49,18 @@ def test_an_action_that_goes_on_in_the_other_timeline_is_one():
     for start, end in ((30, 50), (20, 55)):
         b = timeline(mouth=[Interval("Smile", start, end)])
         assert merge(a, b) == merge(b, a) == timeline(mouth=[Interval("Smile", 10, 60)])
+
+
+def test_what_merging_costs_is_counted():
+    a = timeline(mouth=[Interval("Smile", 10, 30), Interval("Smile", 50, 60)])
+    b = timeline(
+        mouth=[Interval("Smile", 20, 40), Interval("MouthFrown", 56, 70)],
+        brow=[Interval("BrowUp", 10, 30)],
+    )
+    assert cost(a, b, merge(a, b, "first")) == Cost(joined=1, cut=1, left_out=0)
+    c = timeline(mouth=[Interval("MouthFrown", 52, 62)])
+    assert cost(a, c, merge(a, c, "first")) == Cost(joined=0, cut=0, left_out=1)
+    assert cost(a, a, merge(a, a)) == Cost(0, 0, 0)
 
 
 def test_actions_that_touch_within_one_timeline_stay_two():

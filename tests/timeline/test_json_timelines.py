@@ -79,9 +79,9 @@ def test_a_whole_number_may_have_a_point_as_json_knows_one_kind_of_number(file, 
         ({"n_frames": -1}, "n_frames", "whole number"),
         ({"tracks": []}, "tracks", "object"),
         ({"tracks": {"brow": {}}}, "tracks.brow", "list"),
-        ({"tracks": {"eyebrow": []}}, "", "Write brow"),
+        ({"tracks": {"eyebrow": []}}, "", "Did you mean brow"),
         ({"tracks": {"brow": [3]}}, "tracks.brow[0]", "object"),
-        ({"fsp": 30}, "the clip", "Write fps"),
+        ({"fsp": 30}, "the clip", "Did you mean fps"),
     ],
 )
 def test_what_breaks_the_schema_is_refused_at_its_place(file, validator, change, place, told):
@@ -96,7 +96,7 @@ def test_what_breaks_the_schema_is_refused_at_its_place(file, validator, change,
 @pytest.mark.parametrize(
     ("change", "place", "told"),
     [
-        ({"action": "BrowsUp"}, "tracks.brow[0]", "Write BrowUp"),
+        ({"action": "BrowsUp"}, "tracks.brow[0]", "Did you mean BrowUp"),
         ({"action": "Smile"}, "tracks.brow[0]", "Move it to mouth"),
         ({"action": 3}, "tracks.brow[0].action", "name"),
         ({"start_frame": -1}, "tracks.brow[0].start_frame", "whole number"),
@@ -106,7 +106,7 @@ def test_what_breaks_the_schema_is_refused_at_its_place(file, validator, change,
         ({"source": "me"}, "tracks.brow[0].source", "human"),
         ({"cluster": -1}, "tracks.brow[0].cluster", "whole number"),
         ({"confidence": 1.5}, "tracks.brow[0].confidence", "share"),
-        ({"confidnce": 1}, "tracks.brow[0]", "Write confidence"),
+        ({"confidnce": 1}, "tracks.brow[0]", "Did you mean confidence"),
     ],
 )
 def test_an_interval_that_breaks_the_schema_is_refused(file, validator, change, place, told):
@@ -146,7 +146,7 @@ def test_one_of_several_clips_is_asked_for_by_name(file):
     ):
         read(path)
     with pytest.raises(
-        BadFile, match='2 clips, "a, other", expected clip "othr". Say --clip other'
+        BadFile, match='2 clips, "a, other", expected clip "othr". Did you mean --clip other'
     ):
         read(path, clip_id="othr")
 

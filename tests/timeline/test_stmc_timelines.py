@@ -51,7 +51,7 @@ def test_empty_lines_set_timelines_apart(file):
     [
         ("walking in a circle # 0.0 # 6.0 # legs", 'track "legs"'),
         ("raises the brows # 0.0 # 2.0 # brow", 'action "raises the brows"'),
-        ("BrowUp # 0.0 # 2.0 # brw", "Write brow"),
+        ("BrowUp # 0.0 # 2.0 # brw", "Did you mean brow"),
         ("BrowUp 0.0 2.0 brow", "line 1: .*expected ACTION # START # END # TRACK"),
         ("BrowUp # 0:01 # 2.0 # brow", "times in seconds"),
         ("BrowUp # 0 # 1e999999999 # brow", "times in seconds"),

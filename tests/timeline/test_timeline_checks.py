@@ -87,7 +87,7 @@ def test_neutral_may_be_said_of_a_track_but_not_where_it_shows_an_action():
 @pytest.mark.parametrize("n_frames", [-1, 10**13])
 def test_a_length_that_no_clip_has_is_an_error(n_frames):
     (problem,) = judge(draft(tracks=("brow",)), "name", FPS, n_frames).problems
-    assert problem.severity == "error" and "--frames 300" in problem.remedy
+    assert problem.severity == "error" and "--frames N" in problem.remedy
 
 
 def test_likely_slips_are_warned_of_and_no_hindrance():
@@ -128,7 +128,7 @@ def test_a_track_that_is_not_known_is_told_once_with_its_first_place():
     wrong = [("eyebrow", "BrowUp", n, n + 5, None) for n in (0, 9, 20)]
     judged = judge(draft(*wrong), "name", FPS, 100)
     (problem,) = judged.problems
-    assert problem.place == "row 1" and problem.remedy == "Write brow."
+    assert problem.place == "row 1" and problem.remedy == "Did you mean brow?"
 
 
 def test_a_word_that_is_near_nothing_gets_no_suggestion():
@@ -153,6 +153,14 @@ def test_edges_off_the_frames_are_one_warning_that_names_the_farthest():
         problem.found
         == "an edge 300.0 ms from a frame's start, and 2 more intervals off the frames"
     )
+
+
+@pytest.mark.parametrize(("shift", "doubted"), [(Fraction(1, 3), True), (0, False)])
+def test_where_most_edges_are_off_the_frames_the_rate_is_doubted(shift, doubted):
+    ends = [(10 + shift, 15 + shift), (20 + shift, 25), (30, 35 + Fraction(1, 3))]
+    intervals = [("brow", "BrowUp", *edges, None) for edges in ends]
+    (problem,) = judge(draft(*intervals, in_seconds=True), "name", Fraction(1), 100).problems
+    assert ("probably has another rate" in problem.remedy) is doubted
 
 
 def test_names_are_checked_even_where_the_rate_is_not_told():

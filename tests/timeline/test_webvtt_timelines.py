@@ -78,7 +78,7 @@ def test_what_others_say_is_left_out_with_a_warning(file):
     ("cue", "told"),
     [
         ("00:00.400 --> 00:01.600\nHello", 'line 3: found action "Hello"'),
-        ("00:00.400 --> 00:01.600\n<v brow>BrowsUp", "Write BrowUp"),
+        ("00:00.400 --> 00:01.600\n<v brow>BrowsUp", "Did you mean BrowUp"),
         ("00:00.400 -> 00:01.600\n<v brow>BrowUp", 'line 3: found "00:00.400 ->'),
         ("00:00,400 --> 00:01,600\n<v brow>BrowUp", "expected a cue"),
         ("00:00.400 --> 00:61.600\n<v brow>BrowUp", "expected a cue"),
@@ -86,15 +86,21 @@ def test_what_others_say_is_left_out_with_a_warning(file):
         ("00:01.600 --> 00:00.400\n<v brow>BrowUp", "reversed"),
         ("NOTE mimeline {", 'found "{", expected a note like'),
         ('NOTE mimeline {"fps": "x"}', "expected a note like"),
+        ('NOTE mimeline {"fps": 29.97}', "expected a note like"),
         ('NOTE mimeline {"frames": -3}', "expected a note like"),
         ('NOTE mimeline {"tracks": [3]}', "expected a note like"),
         ("NOTE mimeline [" + "[" * 99999, "expected a note like"),
-        ('NOTE mimeline {"tracks": ["bro"]}', 'track "bro".*Write brow'),
+        ('NOTE mimeline {"tracks": ["bro"]}', 'track "bro".*Did you mean brow'),
     ],
 )
 def test_a_cue_or_note_that_is_wrong_is_refused(file, cue, told):
     with pytest.raises(BadFile, match=told):
         read(file(f"WEBVTT\n\n{cue}\n"), FPS, 75)
+
+
+def test_the_rate_of_a_note_may_be_a_whole_number(file):
+    text = 'WEBVTT\n\nNOTE mimeline {"fps": 30, "frames": 75}\n'
+    assert read(file(text)).fps == 30
 
 
 def test_a_cue_right_below_the_first_line_is_not_lost(file):

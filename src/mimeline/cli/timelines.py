@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from mimeline.cli.terminal import colour, say
-from mimeline.errors import MimelineError
+from mimeline.errors import MimelineError, printable
 
 FORMATS = "json, csv, vtt, eaf, TextGrid, txt"
 
@@ -25,9 +25,9 @@ def add(commands, of_a_run: argparse.ArgumentParser, for_programs: argparse.Argu
         "convert",
         parents=[as_read],
         help="write a timeline in another format",
-        description="Read a file of timelines and write it in another format.",
+        description="Read a file of timelines, or all in a folder, and write it in another format.",
     )
-    convert.add_argument("source", metavar="IN", type=Path)
+    convert.add_argument("source", metavar="IN", type=Path, help="a file, or a folder of files")
     convert.add_argument(
         "target",
         metavar="OUT",
@@ -55,13 +55,15 @@ def add(commands, of_a_run: argparse.ArgumentParser, for_programs: argparse.Argu
         "merge",
         parents=[as_read],
         help="make one timeline of two",
-        description="The tracks and actions of both; what goes on in the other one is joined. The "
+        description="The tracks and actions of both; what goes on in the other one is joined. Not "
+        "for a correction and its original: what was deleted would come back. The "
         "exit code is 1 where they show different actions at a time, and nobody is preferred.",
     )
     merge.add_argument("first", metavar="A", type=Path)
     merge.add_argument("second", metavar="B", type=Path)
     merge.add_argument("-o", "--out", metavar="OUT", type=Path, required=True, help="file to write")
     merge.add_argument("--to", metavar="FORMAT", help=f"of OUT: {FORMATS}; else by its ending")
+    merge.add_argument("--media", metavar="FILE", type=Path, help="the clip's video, for ELAN")
     merge.add_argument(
         "--prefer",
         choices=["first", "second"],
@@ -94,7 +96,7 @@ def add(commands, of_a_run: argparse.ArgumentParser, for_programs: argparse.Argu
         "clips",
         nargs="*",
         metavar="CLIP",
-        help="a clip's id, a pattern such as 'oC9r*', a source; without any: all clips",
+        help="a clip's id, how it begins and a star ('zBy*'), a source; without any: all clips",
     )
     export.add_argument("--to", metavar="FORMAT", required=True, help=FORMATS)
     export.add_argument("-o", "--out", metavar="FOLDER", type=Path, required=True)
@@ -147,12 +149,26 @@ def _diff(arguments: argparse.Namespace) -> int:
 
 def _merge(arguments: argparse.Namespace) -> int:
     from mimeline.exchange.conversion import write
-    from mimeline.timeline.joining import merge
+    from mimeline.timeline.joining import cost, merge
 
     files = arguments.first, arguments.second
-    merged = merge(*_reading(arguments).both(*files), arguments.prefer)
-    format, overwrite = _format(arguments.to), arguments.overwrite
-    _tell(write(merged, arguments.out, format, sources=files, overwrite=overwrite))
+    first, second = _reading(arguments).both(*files)
+    merged = merge(first, second, arguments.prefer)
+    written = write(
+        merged,
+        arguments.out,
+        _format(arguments.to),
+        arguments.media,
+        files,
+        arguments.overwrite,
+    )
+    _tell(written)
+    paid = cost(first, second, merged)
+    told = f"overlapping intervals: {paid.joined} joined, as long as both together"
+    if arguments.prefer:
+        loser = arguments.second if arguments.prefer == "first" else arguments.first
+        told += f"; {paid.cut} cut and {paid.left_out} left out of {loser}"
+    _tell(printable(told))
     return 0
 
 

@@ -64,21 +64,15 @@ def convert(
     media: Path | None = None,
     overwrite: bool = False,
 ) -> Written:
-    """Read the timelines of a file and write them to another one, or into a folder.
+    """Read the timelines of a file, or of those in a folder, and write them to a file or a folder.
 
     target: a folder where it is one, or where it is not there and has no ending; a folder gets a
     file for each clip. reading: what is said of source. format: of target, else by its ending.
     media: the clip's video. Raises BadFile as `write` and `write_each` do, NoSuchFile where media
     is not there.
     """
-    timelines = reading.every(source)
-    if media is not None and not media.is_file():
-        raise NoSuchFile(
-            media,
-            found="no such file",
-            expected="the clip's video",
-            remedy="See that the path is right.",
-        )
+    read = reading.folder(source) if source.is_dir() else {source: reading.every(source)}
+    timelines = [timeline for own in read.values() for timeline in own]
     if target.is_dir() or not (target.suffix or target.exists()):
         if media is not None and len(timelines) > 1:
             raise BadFile(
@@ -87,11 +81,12 @@ def convert(
                 expected="the video of one clip",
                 remedy="Pick the clip: --clip ID.",
             )
+        _require_video(media)
         films = {} if media is None else {timelines[0].clip_id: media}
-        return write_each(timelines, target, format, films, [source], overwrite)
+        return write_each(timelines, target, format, films, read, overwrite)
     if len(timelines) == 1:
-        return write(timelines[0], target, format, media, [source], overwrite)
-    _require_free(target, [source], overwrite)
+        return write(timelines[0], target, format, media, read, overwrite)
+    _require_free(target, read, overwrite)
     lost = files.write_all(timelines, target, format)
     return Written(target, files.format_of(target, format).name, timelines, lost)
 
@@ -106,9 +101,11 @@ def write(
 ) -> Written:
     """Write one timeline.
 
-    sources: the files that it is made of. Raises BadFile where target is one of them, is no file,
-    or is there already, unless overwrite allows to replace it.
+    media: the clip's video. sources: the files that it is made of. Raises BadFile where target is
+    one of them, is no file, or is there already, unless overwrite allows to replace it; NoSuchFile
+    where media is not there.
     """
+    _require_video(media)
     _require_free(target, sources, overwrite)
     lost = files.write(timeline, target, format, media)
     return Written(target, files.format_of(target, format).name, [timeline], lost)
@@ -166,6 +163,16 @@ def write_each(
     names = dict.fromkeys(name for own in lost for name in own)
     filmed = 0 if files.MEDIA in form.loses else sum(t.clip_id in films for t in timelines)
     return Written(folder, form.name, timelines, tuple(names), filmed)
+
+
+def _require_video(media: Path | None) -> None:
+    if media is not None and not media.is_file():
+        raise NoSuchFile(
+            media,
+            found="no such file",
+            expected="the clip's video",
+            remedy="See that the path is right.",
+        )
 
 
 def _require_free(target: Path, sources: Collection[Path], overwrite: bool) -> None:

@@ -11,7 +11,7 @@ from mimeline.errors import NoSuchFile
 from mimeline.exchange.conversion import Written, write_each
 from mimeline.inspection.asked import meant
 from mimeline.inspection.left_behind import decisions, rows_of
-from mimeline.inspection.remedies import named
+from mimeline.inspection.remedies import DEFAULT, named
 from mimeline.reporting import words
 from mimeline.run import recall
 from mimeline.studio.clips_of_run import files_of
@@ -79,8 +79,18 @@ def export(
         )
     films = {} if files.MEDIA in files.FORMATS[format].loses else files_of(Path(results), "film")
     written = write_each(chosen, folder, format, films, overwrite=overwrite)
-    command = recall(results).command(evaluate={"truth": str(folder)})
+    command = recall(results).command(evaluate={"truth": _as_the_run_finds(folder, results)})
     return Export(written, missed, without, command, results)
+
+
+def _as_the_run_finds(folder: Path, results: Path) -> str:
+    """The folder's path where the run is started: where its results are in their usual place.
+
+    Of other results nobody knows that place.
+    """
+    full = folder.resolve()
+    is_below = Path(results) == DEFAULT and full.is_relative_to(Path.cwd())
+    return str(full.relative_to(Path.cwd()) if is_below else full)
 
 
 def _why(clip_id: str, results: Path) -> str:

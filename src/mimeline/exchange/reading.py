@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from mimeline.errors import BadFile
+from mimeline.errors import BadFile, NoSuchFile
 from mimeline.timeline import files
 from mimeline.timeline.clock import frame_rate
 from mimeline.timeline.draft import Draft
@@ -35,6 +35,43 @@ class Reading:
             return [self.one(path)]
         require_file(path)
         return files.read_all(path, self.fps, self.n_frames, self.format)
+
+    def folder(self, folder: Path) -> dict[Path, list[Timeline]]:
+        """The timelines of each file in a folder.
+
+        Raises NoSuchFile where there is none; BadFile as `every` does, where two files are of the
+        same clip, and where one clip is meant.
+        """
+        if self.clip_id is not None:
+            raise BadFile(
+                folder,
+                found="a folder, with --clip",
+                expected="a file where one clip is meant",
+                remedy="Name the clip's file, or leave --clip out.",
+            )
+        endings = {suffix.casefold() for suffix in files.SUFFIXES}
+        there = [path for path in sorted(folder.iterdir()) if path.suffix.casefold() in endings]
+        there = [path for path in there if path.is_file() and not path.name.startswith(".")]
+        if not there:
+            raise NoSuchFile(
+                folder,
+                found="no file of timelines",
+                expected=f"files that end in {', '.join(files.SUFFIXES)}",
+                remedy="See that the path is right.",
+            )
+        found, by_clip = {path: self.every(path) for path in there}, {}
+        for path, timelines in found.items():
+            for timeline in timelines:
+                other = by_clip.setdefault(timeline.clip_id, path)
+                if other != path:
+                    raise BadFile(
+                        path,
+                        place=f"clip {timeline.clip_id}",
+                        found=f"a clip that is in {other} too",
+                        expected="one file of each clip",
+                        remedy="Move one of them out of the folder.",
+                    )
+        return found
 
     def both(self, a: Path, b: Path) -> tuple[Timeline, Timeline]:
         """The timelines of two files of a clip: what one of them does not tell, the other does."""

@@ -80,12 +80,12 @@ class _Placed:
         return tier_name(self.track, self.side)
 
     @property
-    def off_grid(self) -> Fraction:
-        """Seconds from its farther edge to the start of a frame; 0 where its times are frames."""
+    def off_grid(self) -> tuple[Fraction, Fraction]:
+        """Seconds from each edge to the start of a frame; 0 where its times are frames."""
         if self.fps is None:
-            return Fraction(0)
-        edges = ((self.entry.start, self.start), (self.entry.end, self.end))
-        return max(abs(time - frame / self.fps) for time, frame in edges)
+            return Fraction(0), Fraction(0)
+        start, end = self.start / self.fps, self.end / self.fps
+        return abs(self.entry.start - start), abs(self.entry.end - end)
 
     def interval(self) -> Interval:
         entry = self.entry
@@ -110,7 +110,7 @@ def _unknown_track(place: str, track: str) -> Problem:
         place,
         found=f"track {shown(track)}",
         expected=f"one of {', '.join(TRACKS)}",
-        remedy=f"Write {close}." if close else "Name one of these tracks.",
+        remedy=f"Did you mean {close}?" if close else "Name one of these tracks.",
     )
 
 
@@ -148,7 +148,7 @@ def _name_problem(entry: DraftInterval) -> Problem | None:
             entry.place,
             found=f"action {shown(entry.action)}" if entry.action.strip() else "no action",
             expected=f"one of {', '.join(known)}",
-            remedy=f"Write {close}." if close else "Name one of these actions.",
+            remedy=f"Did you mean {close}?" if close else "Name one of these actions.",
         )
     home = ACTIONS[entry.action].track
     if entry.track in (None, home):
@@ -167,7 +167,7 @@ def _rate_problems(draft: Draft, fps: Fraction | None) -> Iterator[Problem]:
             "",
             found="no frame rate",
             expected="frames per second: this file does not tell them",
-            remedy="Say them: --fps 30000/1001.",
+            remedy="Say the clip's own: --fps RATE, such as 25 or 30000/1001.",
         )
     if draft.fps is not None and fps is not None and draft.fps != fps:
         yield Problem(
@@ -188,7 +188,7 @@ def _length(
             "",
             found="no length",
             expected="how many frames the clip has: this file does not tell",
-            remedy="Say it: --frames 300.",
+            remedy="Say it: --frames N.",
         )
         return None, [problem]
     if told is not None:
@@ -217,7 +217,7 @@ def _size_problems(n_frames: int | None) -> Iterator[Problem]:
             "",
             found=f"a length of {shown(str(n_frames))} frames",
             expected="as many as the clip has, 0 or more",
-            remedy="Say it: --frames 300, or mend the file.",
+            remedy="Say it: --frames N, or mend the file.",
         )
 
 
@@ -282,15 +282,19 @@ def _overlap_problems(by_track: Mapping[str, list[_Placed]]) -> Iterator[Problem
 
 
 def _grid_problems(placed: Sequence[_Placed]) -> Iterator[Problem]:
-    off = [entry for entry in placed if entry.off_grid > ON_GRID_S]
+    off = [entry for entry in placed if max(entry.off_grid) > ON_GRID_S]
     if off:
-        farthest = max(off, key=lambda entry: entry.off_grid)
+        farthest = max(off, key=lambda entry: max(entry.off_grid))
+        n_edges = sum(edge > ON_GRID_S for entry in off for edge in entry.off_grid)
+        advice = "see that the frame rate is the clip's."
+        if n_edges > len(placed) > 1:
+            advice = "more than half of all edges are off, so it probably has another rate."
         more = f", and {len(off) - 1} more intervals off the frames" if len(off) > 1 else ""
         yield Problem(
             farthest.entry.place,
-            found=f"an edge {_ms(farthest.off_grid)} from a frame's start{more}",
+            found=f"an edge {_ms(max(farthest.off_grid))} from a frame's start{more}",
             expected=f"edges on the starts of frames at {farthest.fps} per second",
-            remedy="Each is taken for the nearest frame: see that the frame rate is the clip's.",
+            remedy=f"Each is taken for the nearest frame: {advice}",
             severity="warning",
         )
 

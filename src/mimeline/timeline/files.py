@@ -289,5 +289,5 @@ def _no_clip(path: str | Path, clip_id: str, names: Sequence[str]) -> BadFile:
         path,
         found=f"{len(names)} clip{'s' if len(names) != 1 else ''}, {shown(', '.join(names))}",
         expected=f"clip {shown(clip_id)}",
-        remedy=f"Say --clip {close}." if close else "Say one that is in the file.",
+        remedy=f"Did you mean --clip {close}?" if close else "Say one that is in the file.",
     )

@@ -94,7 +94,7 @@ SUFFIXES = tuple(suffix for form in FORMATS.values() for suffix in form.suffixes
 
 
 def format_of(path: str | Path, name: str | None = None) -> Format:
-    """The format of that name, else of the file's suffix. Raises BadFile for an unknown one."""
+    """The format of that name, else of the file's ending. Raises BadFile for an unknown one."""
     if name is not None:
         if name in FORMATS:
             return FORMATS[name]
@@ -103,7 +103,7 @@ def format_of(path: str | Path, name: str | None = None) -> Format:
             path,
             found=f"format {shown(name)}",
             expected=f"one of {', '.join(FORMATS)}",
-            remedy=f"Say {close}." if close else "Say one of these.",
+            remedy=f"Did you mean {close}?" if close else "Say one of these.",
         )
     suffix = Path(path).suffix.casefold()
     for form in FORMATS.values():
@@ -111,7 +111,7 @@ def format_of(path: str | Path, name: str | None = None) -> Format:
             return form
     raise BadFile(
         path,
-        found=f"a name that ends in {shown(suffix)}" if suffix else "a name without a suffix",
+        found=f"a name that ends in {shown(suffix)}" if suffix else "a name without an ending",
         expected=f"one that ends in {', '.join(SUFFIXES)}",
         remedy="Name the file by its format.",
     )

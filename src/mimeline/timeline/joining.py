@@ -1,7 +1,7 @@
 """Two timelines of a clip made one: tracks of both, and who is right where they conflict."""
 
 from collections.abc import Collection, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
 from mimeline.errors import BadFile
@@ -38,6 +38,39 @@ def merge(a: Timeline, b: Timeline, prefer: Preferred | None = None) -> Timeline
         raise _conflict(a, met)
     joined = {track: _joined(first, second) for track, (first, second) in tracks.items()}
     return Timeline(a.clip_id, a.fps, a.n_frames, joined)
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What became of the intervals of two timelines in the one that was made of them.
+
+    joined: intervals that are longer there than in one of the two. cut: those that lost frames.
+    left_out: those that went.
+    """
+
+    joined: int
+    cut: int
+    left_out: int
+
+
+def cost(a: Timeline, b: Timeline, merged: Timeline) -> Cost:
+    """How many intervals were joined, cut and left out. merged: what `merge` made of a and b."""
+    longer, cut, left_out = set(), 0, 0
+    for timeline in (a, b):
+        for track, intervals in timeline.tracks.items():
+            there: dict[Interval, list[Interval]] = {interval: [] for interval in intervals}
+            for interval, made in meeting(intervals, merged.tracks[track]):
+                if alike(interval, made) and shared(interval, made):
+                    there[interval].append(made)
+            for interval, pieces in there.items():
+                length = interval.end - interval.start
+                if sum(shared(interval, piece) for piece in pieces) == length:
+                    longer |= {piece for piece in pieces if _place(piece) != _place(interval)}
+                elif pieces:
+                    cut += 1
+                else:
+                    left_out += 1
+    return Cost(len(longer), cut, left_out)
 
 
 def conflicts(a: Sequence[Interval], b: Sequence[Interval]) -> list[Pair]:

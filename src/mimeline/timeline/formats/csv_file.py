@@ -74,7 +74,7 @@ def _check_header(path: Path, header: list[str]) -> None:
     if len(header) == 1 and ";" in header[0]:
         remedy = "Save it with commas, not semicolons, between the cells."
     elif unknown and (close := nearest(unknown[0], COLUMNS)):
-        remedy = f"Call column {shown(unknown[0])} {close}."
+        remedy = f"Did you mean {close} by column {shown(unknown[0])}?"
     else:
         remedy = f"The columns are {', '.join(COLUMNS)}; the last four may be left out."
     raise BadFile(

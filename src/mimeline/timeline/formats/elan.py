@@ -12,6 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
+from xml.parsers.expat import errors as expat
 
 import defusedxml
 from defusedxml.ElementTree import fromstring
@@ -35,6 +36,15 @@ from mimeline.vocabulary import TRACKS, track_actions
 CLIP, FPS, FRAMES = "mimeline.clip", "mimeline.fps", "mimeline.frames"
 LANGUAGE = "und"  # undetermined: actions are names, not words of a language
 
+_BROKEN = {  # XML, in the parser's words and in plain ones
+    expat.XML_ERROR_NO_ELEMENTS: "the end of the file, before its last element is closed",
+    expat.XML_ERROR_UNCLOSED_TOKEN: "a tag that does not end",
+    expat.XML_ERROR_INVALID_TOKEN: "a character or a tag that XML does not allow there",
+    expat.XML_ERROR_TAG_MISMATCH: "an element that is closed though another one in it is open",
+    expat.XML_ERROR_DUPLICATE_ATTRIBUTE: "an attribute for the second time",
+    expat.XML_ERROR_UNDEFINED_ENTITY: "a name behind & that XML does not know",
+    expat.XML_ERROR_JUNK_AFTER_DOC_ELEMENT: "more behind the end of the last element",
+}
 _COUNT = re.compile(r"[0-9]{1,12}")
 _NOT_XML = re.compile("[^\t\n\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
@@ -66,7 +76,7 @@ def _root(path: Path) -> ET.Element:
         raise BadFile(
             path,
             place=f"line {line}, column {column + 1}",
-            found=str(error).partition(":")[0],
+            found=_BROKEN.get(words := str(error).partition(":")[0], words),
             expected="the XML of an ELAN file",
             remedy="See that it is whole and opens in ELAN.",
         ) from error

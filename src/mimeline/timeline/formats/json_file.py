@@ -143,7 +143,7 @@ class _Reader:
                     place or "the clip",
                     name,
                     f"keys of {', '.join(keys)}",
-                    f"Write {close}." if close else "Take it out.",
+                    f"Did you mean {close}?" if close else "Take it out.",
                 )
         return value
 

@@ -102,9 +102,12 @@ def _facts(path: Path, number: int, note: str) -> dict:
             raise ValueError
         if not (isinstance(tracks, list) and all(isinstance(track, str) for track in tracks)):
             raise ValueError
+        fps = told.get("fps")
+        if not (fps is None or isinstance(fps, str) or type(fps) is int):
+            raise ValueError
         return {
             "clip_id": told.get("clip") or None,
-            "fps": frame_rate(told["fps"]) if isinstance(told.get("fps"), str) else None,
+            "fps": None if fps is None else frame_rate(str(fps)),
             "n_frames": frames,
             "tracks": tuple(tracks),
         }
