@@ -248,7 +248,7 @@ def worlds(draw):
 DOUBTFUL = NAMES | {"brow": ["Neutral", "BrowUp", None, "BrowUp"]}
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(world=worlds(), unmeasured=st.sampled_from([(), ("BrowDown", "MouthFrown", "SoftSmile")]))
 def test_what_is_not_known_never_becomes_neutral_nor_an_action(motion_of, world, unmeasured):
     lengths, valid, ids, _, min_frames = world
@@ -266,7 +266,7 @@ def test_what_is_not_known_never_becomes_neutral_nor_an_action(motion_of, world,
     pd.testing.assert_frame_equal(rebuilt(frames, found), marks)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(world=worlds())
 def test_intervals_and_frames_tell_the_same(motion_of, world):
     lengths, valid, ids, angles, min_frames = world

@@ -85,7 +85,7 @@ IDS = st.sampled_from("12345678")
 PEOPLE = st.one_of(st.none(), st.sampled_from("ABCDEFGH"))
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=150, deadline=None)
 @given(
     rows=st.lists(st.tuples(IDS, PEOPLE), min_size=1, max_size=30),
     shares=st.fixed_dictionaries(
@@ -170,7 +170,7 @@ def test_a_clip_that_reaches_over_later_ones_is_left_out_too():
     assert parts.tolist() == ["train"] * 2 + [""] + ["train"] * 5 + ["", "test"]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(
     rows=st.lists(
         st.tuples(st.sampled_from("12"), st.integers(0, 100), st.integers(1, 30)), max_size=15
@@ -190,7 +190,7 @@ def test_parts_of_a_source_lie_the_gap_apart(rows, gap_s):
     assert not rows or (clips["order"] == 0).any()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(
     sources=st.lists(st.sampled_from("12"), min_size=1, max_size=15),
     ends=st.lists(st.tuples(st.integers(0, 14), st.integers(0, 14)), max_size=8),

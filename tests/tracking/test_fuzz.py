@@ -100,7 +100,7 @@ def test_a_spoiled_take_is_read_soundly_or_refused(format, room):
     reader = READERS[format]
 
     @settings(
-        max_examples=int(CASES or 40),
+        max_examples=int(CASES or 100),
         deadline=None,
         database=None,
         derandomize=CASES is None,

@@ -1,7 +1,7 @@
 """The examples of config/examples run on real recordings, or on small takes of their format.
 
-Three go to their report: with all channels, with short clips and no model, with the head alone. The
-others stop once what is special about their format has happened.
+Three go to their report: with all channels, with short clips, with the head alone. The others stop
+once what is special about their format has happened.
 """
 
 from pathlib import Path
@@ -45,10 +45,9 @@ def test_an_example_that_measures_the_head_alone_ends_with_a_report(dreamtalk_ru
     assert frames["HeadUp"].notna().all()
 
 
-def test_an_example_of_short_clips_without_a_model_ends_with_a_report(pyfeat_run):
+def test_an_example_of_short_clips_ends_with_a_report(pyfeat_run):
     results = pyfeat_run
     assert (results / "report" / "index.html").stat().st_size > 10_000
-    assert not (results / "train").exists()
     metrics = results / "evaluate" / "annotation" / "metrics.parquet"
     assert tables.reason(metrics) == "no truth is known for these recordings"
     frames = tables.read_all(tables.FRAMES, results.glob("annotate/*/frames.parquet"))

@@ -18,7 +18,7 @@ import yaml
 
 from .checkouts import CHECKOUT, CODE, PARTS, TINY, Workflow, copy_checkout, kill
 
-KILLS = int(os.environ.get("MIMELINE_KILLS", "2"))
+KILLS = int(os.environ.get("MIMELINE_KILLS", "3"))
 FIRST_S = (1.0, 8.0)  # from snakemake's start to the first signal, before there is any table
 DELAY_S = 1.0  # at most, from a table to the signal
 TAKEN = {"seconds"}  # a column that no two runs have in common
@@ -28,7 +28,6 @@ SMALL = {
     "evaluate": {"timeline": {"timelines": 1, "sampler_steps": 2}},
     "report": {"clips": 1, "exemplars": 1},
 }
-NO_MODEL = SMALL | {"train": {"models": []}}
 NO_CLIP = {
     "toy": {"people": 2, "clips": 2, "video_share": 0},
     "select": {"min_s": 30, "max_s": 60},
@@ -94,7 +93,7 @@ class Beside:
             case "dreamtalk_run":
                 return example_run(root, "dreamtalk", real / "dreamtalk", change=SMALL)
             case "pyfeat_run":
-                return example_run(root, "pyfeat", real / "pyfeat", change=NO_MODEL)
+                return example_run(root, "pyfeat", real / "pyfeat", change=SMALL)
             case "openface_run":
                 return example_run(root, "openface", real / "openface", until="pose", change=SMALL)
             case "metrical_tracker_run":

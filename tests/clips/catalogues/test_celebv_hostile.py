@@ -118,7 +118,7 @@ def everything_below(place: Path) -> set[str]:
     return {str(path) for path in place.rglob("*") if not path.is_dir()}
 
 
-quickly = settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+quickly = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 @quickly
