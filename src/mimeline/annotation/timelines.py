@@ -170,10 +170,7 @@ def _files(truth: Path) -> list[Path]:
     """The files of timelines at a path: itself, or what lies in the folder."""
     if truth.is_file():
         return [truth]
-    there = truth.iterdir() if truth.is_dir() else ()
-    endings = {suffix.casefold() for suffix in files.SUFFIXES}
-    found = [path for path in sorted(there) if path.suffix.casefold() in endings]
-    found = [path for path in found if path.is_file() and not path.name.startswith(".")]
+    found = files.files_in(truth) if truth.is_dir() else []
     if not found:
         raise NoSuchFile(
             truth,

@@ -49,9 +49,7 @@ class Reading:
                 expected="a file where one clip is meant",
                 remedy="Name the clip's file, or leave --clip out.",
             )
-        endings = {suffix.casefold() for suffix in files.SUFFIXES}
-        there = [path for path in sorted(folder.iterdir()) if path.suffix.casefold() in endings]
-        there = [path for path in there if path.is_file() and not path.name.startswith(".")]
+        there = files.files_in(folder)
         if not there:
             raise NoSuchFile(
                 folder,

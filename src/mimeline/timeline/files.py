@@ -36,6 +36,7 @@ __all__ = [
     "SUFFIXES",
     "draft_of",
     "drafts",
+    "files_in",
     "format_of",
     "lint",
     "read",
@@ -110,6 +111,13 @@ def drafts(path: str | Path, format: str | None = None) -> list[tuple[str, Draft
     found, stem = format_of(path, format).read(Path(path)), Path(path).stem
     places = [stem] if len(found) == 1 else [f"{stem}_{n}" for n in range(1, len(found) + 1)]
     return [(draft.clip_id or place, draft) for draft, place in zip(found, places, strict=True)]
+
+
+def files_in(folder: Path) -> list[Path]:
+    """The files of timelines in a folder, by their endings, sorted; hidden ones are passed over."""
+    endings = {suffix.casefold() for suffix in SUFFIXES}
+    there = [path for path in sorted(folder.iterdir()) if path.suffix.casefold() in endings]
+    return [path for path in there if path.is_file() and not path.name.startswith(".")]
 
 
 def lint(
