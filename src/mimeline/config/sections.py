@@ -1,6 +1,6 @@
 """The configuration's sections, one per stage: each key with its unit and meaning."""
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import Field, model_validator
 
@@ -8,7 +8,9 @@ from mimeline.config.catalogues import Catalogue
 from mimeline.config.clips import Describe, Fetch, Pose, Select
 from mimeline.config.section import Count, Positive, Section, Seed, Share
 from mimeline.config.trackers import Ingest
-from mimeline.vocabulary import SERIES_REGIONS
+from mimeline.vocabulary import CONTROL_REGIONS, SERIES_REGIONS
+
+ControlRegion = Literal["brow", "eye", "mouth", "gaze", "head"]
 
 
 class Toy(Section):
@@ -17,6 +19,11 @@ class Toy(Section):
     people: Count = Field(40, description="people in the toy world")
     clips: Count = Field(120, description="clips, planted faults included")
     seed: Seed = Field(7, description="seed of everything random in the toy world")
+    smiles_frown: Share = Field(
+        0.0,
+        description="share of the smiles that come with a lowered brow: a habit against which a "
+        "smile with raised brows has to be made",
+    )
     video_share: Share = Field(0.25, description="share of the clips that have a video")
     video_px: Annotated[int, Field(ge=32, le=1024, multiple_of=2)] = Field(
         256, description="edge of the videos, pixels"
@@ -136,9 +143,22 @@ class TimelineModel(Section):
     window: Count = Field(64, description="frames per training window")
     width: Count = Field(64, description="width of the tokens")
     heads: Count = Field(4, description="attention heads")
-    base_layers: Count = Field(2, description="layers of the base network")
-    branch_layers: Count = Field(1, description="layers of each branch network")
+    base_layers: int = Field(2, ge=0, description="layers of the base network; 0: no base")
+    branch_layers: int = Field(1, ge=0, description="layers of each branch; 0: no branches")
+    branches: Literal["halves", "regions"] = Field(
+        "halves",
+        description="what a branch makes: upper face, lower face, the rest; or brow, eyes, gaze, "
+        "mouth, head, the rest",
+    )
+    timeline_tokens: Literal["initial", "carried"] = Field(
+        "initial",
+        description="what a layer reads of the timeline: initial, the timeline itself; carried, "
+        "what the layer before made of it",
+    )
     diffusion_steps: Count = Field(1000, description="steps of the noise schedule")
+    schedule: Literal["cosine", "linear"] = Field(
+        "cosine", description="how the noise rises over the steps"
+    )
     drop_all: Share = Field(0.1, description="chance that every region's timeline is dropped")
     drop_none: Share = Field(0.1, description="chance that no region's timeline is dropped")
     drop_each: Share = Field(0.5, description="chance that a region's timeline is dropped, else")
@@ -158,9 +178,33 @@ class Train(Section):
 class TimelineSampling(Section):
     """How the timeline model is asked for motion when it is scored."""
 
+    sampler: Literal["ddpm", "ddim", "dpmpp_2m"] = Field(
+        "dpmpp_2m",
+        description="dpmpp_2m: few calls (Lu et al. 2022); ddim; ddpm: as many calls as the noise "
+        "schedule has steps (Ho et al. 2020)",
+    )
     sampler_steps: Count = Field(20, description="denoiser calls per sample")
     guidance: float = Field(2.0, ge=0, description="scale of classifier-free guidance; 1: none")
-    timelines: Count = Field(24, description="timelines asked for, from clips kept out of training")
+    region_guidance: dict[ControlRegion, Annotated[float, Field(ge=0)]] = Field(
+        {},
+        description="scales of regions that are guided apart, {mouth: 3.0}; {}: all regions are "
+        "told at once",
+    )
+    guidance_interval: tuple[Share, Share] = Field(
+        (0.0, 1.0),
+        description="where in the noise schedule guidance is on, shares; 0: hardly any noise",
+    )
+    overlap: Annotated[float, Field(ge=0, lt=1)] = Field(
+        0.25,
+        description="share of a training window that neighbours have in common, where a timeline "
+        "is longer",
+    )
+    precision: Literal["float32", "bfloat16"] = Field(
+        "float32", description="of the network's arithmetic"
+    )
+    timelines: Count = Field(
+        100, description="timelines asked for, from clips kept out of training"
+    )
     seed: Seed = Field(0, description="seed of the noise")
 
 
@@ -235,9 +279,15 @@ class Config(Section):
         model = self.train.timeline
         if model.drop_all + model.drop_none > 1:
             raise ValueError("train.timeline.drop_all + drop_none to be at most 1")
+        if not model.base_layers and not model.branch_layers:
+            raise ValueError("train.timeline.base_layers or branch_layers to be 1 or more")
+        low, high = self.evaluate.timeline.guidance_interval
+        if low > high:
+            raise ValueError("evaluate.timeline.guidance_interval to begin before it ends")
         if model.width % (2 * model.heads):
             raise ValueError("train.timeline.width to be a multiple of twice the heads")
         return self
 
 
 assert set(SERIES_REGIONS) == set(Segment.model_fields)
+assert get_args(ControlRegion) == CONTROL_REGIONS

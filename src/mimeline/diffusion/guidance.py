@@ -1,35 +1,64 @@
-"""Classifier-free guidance: away from what is likely anyway, toward what the condition asks for."""
+"""Classifier-free guidance: away from what is likely anyway, toward what the conditions ask for."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import torch
 from torch import Tensor
 
 from mimeline.diffusion.samplers import Denoiser
 
+Condition = tuple[Tensor, ...]  # what a model is told, each batch first
+Listen = Callable[..., Denoiser]  # the tensors of a Condition → the denoiser that is told them
 
-def classifier_free(
-    predict: Callable[[Tensor, Tensor, Tensor, Tensor], Tensor],
-    condition: Tensor,
-    null: Tensor,
-    valid: Tensor,
-    scale: float,
+
+def guided(
+    listen: Listen,
+    conditions: Sequence[Condition],
+    null: Condition,
+    scales: Sequence[float],
+    interval: tuple[int, int] | None = None,
 ) -> Denoiser:
-    """The denoiser null + scale · (conditional − null) (Ho & Salimans 2022, equation 6, at x_0).
+    """The denoiser null + Σ scale_i (condition_i − null), all of it predictions of x_0.
 
-    predict: noisy (B, L, D), step (B,), condition (B, L, C), valid (B, L) → clean (B, L, D).
-    condition, null (B, L, C); scale 1 is the condition alone, 0 the null alone: one pass each.
-    Other scales run both passes in one batch.
+    Of one condition Ho & Salimans 2022, equation 6; of several Liu et al. 2022, equation 11. All
+    predictions that count are made in one batch; with one condition and scale 1 that is one.
+    interval: the first and the last diffusion step of guidance; at other steps every scale is 1
+    (Kynkäänniemi et al. 2024, equation 6).
     """
-    if scale in (0, 1):
-        alone = condition if scale == 1 else null
-        return lambda noisy, step: predict(noisy, step, alone, valid)
-    both = torch.cat([condition, null])  # (2B, L, C)
-    both_valid = valid.repeat(2, 1)  # (2B, L)
+    everything = [*conditions, null]
+
+    def combined(scales: Sequence[float]) -> Denoiser:
+        return weighted(listen, everything, [*scales, 1 - sum(scales)])
+
+    strong = combined(scales)
+    if interval is None:
+        return strong
+    plain = combined([1.0] * len(conditions))
+    first, last = interval
 
     def denoise(noisy: Tensor, step: Tensor) -> Tensor:
-        clean = predict(noisy.repeat(2, 1, 1), step.repeat(2), both, both_valid)  # (2B, L, D)
-        given, absent = clean.chunk(2)  # (B, L, D) each
-        return absent + scale * (given - absent)
+        return (strong if first <= step[0] <= last else plain)(noisy, step)
+
+    return denoise
+
+
+def weighted(
+    listen: Listen, conditions: Sequence[Condition], weights: Sequence[float | Tensor]
+) -> Denoiser:
+    """The denoiser Σ weight_i condition_i, in one batch; a weight of 0 costs nothing.
+
+    A weight may be a tensor that multiplies like the data (B, ...).
+    """
+    used = [
+        (condition, weight)
+        for condition, weight in zip(conditions, weights, strict=True)
+        if isinstance(weight, Tensor) or weight != 0
+    ]
+    told = listen(*(torch.cat(parts) for parts in zip(*(c for c, _ in used), strict=True)))
+
+    def denoise(noisy: Tensor, step: Tensor) -> Tensor:
+        clean = told(torch.cat([noisy] * len(used)), step.repeat(len(used)))
+        each = clean.chunk(len(used))  # (B, ...) each
+        return sum(weight * own for (_, weight), own in zip(used, each, strict=True))
 
     return denoise

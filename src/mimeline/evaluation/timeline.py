@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,8 @@ from mimeline.annotation.scores import bootstrap, confusions
 from mimeline.annotation.thresholds import Limits
 from mimeline.dataset.windows import timelines
 from mimeline.evaluation.frechet import differences, motion_distances
-from mimeline.generation.timeline import generate
+from mimeline.generation.request import Request
+from mimeline.generation.timeline import Sampling, generate
 from mimeline.training import checkpoint as checkpoints
 from mimeline.vocabulary import CHANNELS, UNKNOWN
 
@@ -72,6 +74,7 @@ def evaluate_timeline(
         "empty": [np.where(t == UNKNOWN, UNKNOWN, 0.0) for t in asked.values()],
         "unconditional": [np.full_like(t, UNKNOWN) for t in asked.values()],
     }
+    sampling = Sampling(**{f.name: options[f.name] for f in fields(Sampling)})
     real = clip_values(motion, ids, channels)
     elsewhere = clip_values(motion, others, channels)
     named = tables.read(tables.LABELS, labels)
@@ -88,9 +91,8 @@ def evaluate_timeline(
     if real and elsewhere:
         note("real", motion_distances(elsewhere, real))
     for variant, given in told.items():
-        made = generate(
-            checkpoint, given, options["sampler_steps"], options["guidance"], options["seed"]
-        )
+        requests = [Request.both_sides(timeline) for timeline in given]
+        made = generate(checkpoint, requests, sampling, options["seed"])
         table = motion_table(truth, made, channels)
         if variant == "request":
             tables.write(tables.MOTION, table, generated)

@@ -8,6 +8,9 @@ from torch import Tensor, nn
 
 ROTARY_BASE = 100.0  # slowest turn of some 350 frames: longer than any window, short enough to tell
 
+Turns = tuple[Tensor, Tensor]  # cosine and sine of `rotary_angles`
+Heard = tuple[Tensor, Tensor]  # keys and values (B, heads, L, d / heads) of a condition's tokens
+
 
 def step_embedding(step: Tensor, width: int) -> Tensor:
     """Sines and cosines of the diffusion step, (B,) → (B, width) (Ho et al. 2020, appendix B)."""
@@ -18,27 +21,31 @@ def step_embedding(step: Tensor, width: int) -> Tensor:
     return torch.cat([angle.cos(), angle.sin()], dim=-1)  # (B, width)
 
 
-def rotary_angles(frame: Tensor, head_width: int) -> tuple[Tensor, Tensor]:
-    """Cosine and sine of the turns at frames (N,) → (N, head_width / 2) each (Su et al. 2021)."""
-    pairs = torch.arange(head_width // 2, device=frame.device) / (head_width // 2)
-    angle = frame[:, None] * ROTARY_BASE**-pairs
-    return angle.cos(), angle.sin()
+def rotary_angles(length: int, head_width: int, like: Tensor) -> Turns:
+    """Cosine and sine of the turns at frames 0 … length − 1, (length, head_width / 2) each.
+
+    Of the device and type of `like` (Su et al. 2021, equation 34).
+    """
+    frame = torch.arange(length, device=like.device)
+    pairs = torch.arange(head_width // 2, device=like.device) / (head_width // 2)
+    angle = frame[:, None] * ROTARY_BASE**-pairs  # float32: bfloat16 cannot count to 300
+    return angle.cos().to(like.dtype), angle.sin().to(like.dtype)
 
 
-def rotate(x: Tensor, turns: tuple[Tensor, Tensor]) -> Tensor:
-    """Turn each pair of x (..., N, head_width) by its frame's angles (Su et al. 2021, eq. 34)."""
+def rotate(x: Tensor, turns: Turns) -> Tensor:
+    """Turn each pair of x (..., L, head_width) by its frame's angles (Su et al. 2021, eq. 34)."""
     cos, sin = turns
-    first, second = x.chunk(2, dim=-1)  # (..., N, head_width / 2) each
+    first, second = x.chunk(2, dim=-1)  # (..., L, head_width / 2) each
     return torch.cat([first * cos - second * sin, first * sin + second * cos], dim=-1)
 
 
 class JointLayer(nn.Module):
-    """A pre-norm encoder layer on [motion; timeline] of which the motion half goes on.
+    """A pre-norm encoder layer on [motion; condition], frame i of both at the same position.
 
-    Only the motion half asks: what the timeline half would find is thrown away, since every layer
-    starts from the initial timeline tokens again (Ma et al. 2025, section 3.2). The same turns on
-    both halves let frame i find frame i. The diffusion step scales and shifts what each half of
-    the layer reads.
+    What the motion half reads of the condition half depends on neither motion nor diffusion step:
+    `hear` works it out once for all steps. `forward` gives the motion half; `carry` the condition
+    half, by the same weights, for those who hand it on to the next layer. The diffusion step scales
+    and shifts what is read.
     """
 
     def __init__(self, width: int, heads: int):
@@ -54,33 +61,52 @@ class JointLayer(nn.Module):
         self.feed = nn.Linear(width, 2 * width)
         self.fed = nn.Linear(2 * width, width)
 
+    def hear(self, control: Tensor, turns: Turns) -> Heard:
+        """Keys and values of the condition's tokens (B, L, d)."""
+        return self._keys(self.norm_control(control), turns)
+
     def forward(
+        self, motion: Tensor, heard: Heard, step: Tensor, turns: Turns, visible: Tensor
+    ) -> Tensor:
+        """motion (B, L, d) · step (B, d) · visible (B, 1, L, 2L) bool → motion (B, L, d)."""
+        own, level = self._own(motion, step)
+        return self._update(motion, own, self._both(own, heard, turns), level, turns, visible)
+
+    def carry(
         self,
         motion: Tensor,
         control: Tensor,
+        heard: Heard,
         step: Tensor,
-        turns: tuple[Tensor, Tensor],
+        turns: Turns,
         visible: Tensor,
     ) -> Tensor:
-        """motion, control (B, L, d) · step (B, d) · visible (B, 1, L, 2L) bool → (B, L, d).
+        """The condition's tokens (B, L, d) after this layer; motion as it was before it."""
+        own, level = self._own(motion, step)
+        both = self._both(own, heard, turns)
+        return self._update(control, self.norm_control(control), both, level, turns, visible)
 
-        turns: `rotary_angles` of both halves, (2L, d / heads / 2) each.
-        """
-        length = motion.shape[1]
-        scale, shift, feed_scale, feed_shift = self.modulate(step)[:, None].chunk(
-            4, dim=-1
-        )  # (B, 1, d)
-        own = self.norm_attention(motion) * (1 + scale) + shift  # (B, L, d)
-        both = torch.cat([own, self.norm_control(control)], dim=1)  # (B, 2L, d)
+    def _own(self, motion: Tensor, step: Tensor) -> tuple[Tensor, tuple[Tensor, Tensor]]:
+        scale, shift, *level = self.modulate(step)[:, None].chunk(4, dim=-1)  # (B, 1, d) each
+        return self.norm_attention(motion) * (1 + scale) + shift, tuple(level)
 
-        query = self._split(self.query(own))  # (B, heads, L, d / heads)
-        key, value = (self._split(x) for x in self.key_value(both).chunk(2, dim=-1))
-        query = rotate(query, (turns[0][:length], turns[1][:length]))
-        found = F.scaled_dot_product_attention(query, rotate(key, turns), value, attn_mask=visible)
-        motion = motion + self.attended(found.transpose(1, 2).flatten(2))  # (B, L, d)
+    def _both(self, own: Tensor, heard: Heard, turns: Turns) -> Heard:
+        """Keys and values of [motion; condition], (B, heads, 2L, d / heads)."""
+        pairs = zip(self._keys(own, turns), heard, strict=True)
+        return tuple(torch.cat(pair, dim=2) for pair in pairs)
 
-        own = self.norm_feed(motion) * (1 + feed_scale) + feed_shift  # (B, L, d)
-        return motion + self.fed(F.gelu(self.feed(own)))
+    def _update(self, tokens, asking, both, level, turns, visible) -> Tensor:
+        """tokens (B, L, d) after attention to both halves and the feed-forward step."""
+        query = rotate(self._split(self.query(asking)), turns)  # (B, heads, L, d / heads)
+        found = F.scaled_dot_product_attention(query, *both, attn_mask=visible)
+        tokens = tokens + self.attended(found.transpose(1, 2).flatten(2))  # (B, L, d)
+        scale, shift = level
+        own = self.norm_feed(tokens) * (1 + scale) + shift  # (B, L, d)
+        return tokens + self.fed(F.gelu(self.feed(own)))
+
+    def _keys(self, tokens: Tensor, turns: Turns) -> Heard:
+        key, value = (self._split(x) for x in self.key_value(tokens).chunk(2, dim=-1))
+        return rotate(key, turns), value
 
     def _split(self, x: Tensor) -> Tensor:
-        return x.unflatten(-1, (self.heads, -1)).transpose(1, 2)  # (B, heads, ·, d / heads)
+        return x.unflatten(-1, (self.heads, -1)).transpose(1, 2)  # (B, heads, L, d / heads)

@@ -1,62 +1,74 @@
 """The timeline model: a base network for what moves together, a branch per part of the face."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Literal
 
 import torch
+import torch.nn.functional as F
 from torch import Tensor, nn
 
-from mimeline.diffusion.schedule import cosine
-from mimeline.models.layers import JointLayer, rotary_angles, step_embedding
-from mimeline.vocabulary import ACTIONS, CHANNELS, OUTPUT_GROUPS, UNKNOWN
+from mimeline.diffusion.samplers import Denoiser
+from mimeline.diffusion.schedule import SCHEDULES
+from mimeline.models.divisions import Division, parts, whole
+from mimeline.models.layers import JointLayer, Turns, rotary_angles, step_embedding
+from mimeline.vocabulary import ACTIONS, UNKNOWN
 
-# What each branch sees of the timeline (Ma et al. 2025, section 3.2): the head moves along with
-# everything, so the rest sees all.
-SEEN_REGIONS: dict[str, tuple[str, ...]] = {
-    "upper": ("brow", "eye", "gaze"),
-    "lower": ("mouth",),
-    "rest": ("brow", "eye", "mouth", "gaze", "head"),
-}
-assert set(SEEN_REGIONS) == set(OUTPUT_GROUPS)
-
-
-def seen_actions(group: str) -> list[int]:
-    """Columns of the timeline that an output group's branch sees, in Table 1 order."""
-    return [i for i, a in enumerate(ACTIONS.values()) if a.control_region in SEEN_REGIONS[group]]
+Run = Callable[[Tensor, Tensor], Tensor]  # motion tokens (B, L, d), level (B, d) → (B, L, d)
 
 
 class Network(nn.Module):
-    """Layers that read motion tokens and, anew at each layer, the initial timeline tokens."""
+    """Layers that read motion tokens and the tokens of a timeline.
 
-    def __init__(self, n_actions: int, width: int, heads: int, layers: int):
+    Each reads the initial timeline tokens anew (Ma et al. 2025, section 3.2), or, where they are
+    carried, what the layer before made of them (table 2, "w/o time con.").
+    """
+
+    def __init__(self, n_actions: int, width: int, heads: int, layers: int, carried: bool):
         super().__init__()
+        self.carried = carried
         self.embed_timeline = nn.Linear(2 * n_actions, width)  # its bias says "I am a timeline"
         self.layers = nn.ModuleList(JointLayer(width, heads) for _ in range(layers))
 
-    def forward(
-        self,
-        motion: Tensor,
-        timeline: Tensor,
-        step: Tensor,
-        turns: tuple[Tensor, Tensor],
-        visible: Tensor,
-    ) -> Tensor:
-        """motion (B, L, d) · timeline (B, L, n_actions) · step (B, d) → (B, L, d)."""
+    def listen(self, timeline: Tensor, turns: Turns, visible: Tensor) -> Run:
+        """What the layers make of motion tokens (B, L, d) at a level (B, d), told this timeline.
+
+        timeline (B, L, n_actions) in {0, 1}, -1 unknown · visible (B, 1, L, 2L) bool. What depends
+        on neither motion nor level is worked out here, once.
+        """
         # One input says "asked for", one "unknown": on one line from -1 to 1 "absent" would lie
         # between the two.
-        state = torch.cat([timeline == 1, timeline == UNKNOWN], dim=-1).to(motion.dtype)
-        control = self.embed_timeline(state)  # (B, L, d)
-        for layer in self.layers:
-            motion = layer(motion, control, step, turns, visible)  # (B, L, d)
-        return motion
+        state = torch.cat([timeline == 1, timeline == UNKNOWN], dim=-1)  # (B, L, 2 n_actions)
+        initial = self.embed_timeline(state.to(self.embed_timeline.weight.dtype))  # (B, L, d)
+        heard = [layer.hear(initial, turns) for layer in self.layers[: 1 if self.carried else None]]
+
+        def run(motion: Tensor, level: Tensor) -> Tensor:
+            for layer, own in zip(self.layers, heard, strict=True):
+                motion = layer(motion, own, level, turns, visible)  # (B, L, d)
+            return motion
+
+        def run_carried(motion: Tensor, level: Tensor) -> Tensor:
+            control, (own,) = initial, heard
+            for number, layer in enumerate(self.layers):
+                own = layer.hear(control, turns) if number else own
+                before, motion = motion, layer(motion, own, level, turns, visible)  # (B, L, d)
+                control = layer.carry(before, control, own, level, turns, visible)  # (B, L, d)
+            return motion
+
+        return run_carried if self.carried else run
 
 
 class TimelineModel(nn.Module):
     """Base-branch denoiser (Ma et al. 2025, section 3.2, figure 3).
 
     channels: names of the motion's columns, in order. width: of the tokens, a multiple of twice
-    the heads. base_layers, branch_layers: depth of the base network and of each branch.
-    diffusion_steps: of the noise schedule, which is the model's own.
+    the heads. base_layers, branch_layers: depth of the base network and of each branch. Without a
+    base, each branch sees the noisy motion of its own channels alone; without branches, the base
+    makes the whole face. branches: how the face is divided among them (`parts`). timeline_tokens:
+    which ones a layer reads, the initial ones or those of the layer before. schedule,
+    diffusion_steps: a name of SCHEDULES and its steps; the noise schedule is the model's own.
+
+    Raises ValueError where there is neither base nor branch.
     """
 
     def __init__(
@@ -66,30 +78,39 @@ class TimelineModel(nn.Module):
         heads: int,
         base_layers: int,
         branch_layers: int,
+        branches: Division,
+        timeline_tokens: Literal["initial", "carried"],
+        schedule: str,
         diffusion_steps: int,
     ):
         super().__init__()
-        self.schedule = cosine(diffusion_steps)
+        if not base_layers and not branch_layers:
+            raise ValueError("a model needs a base or branches")
+        self.schedule = SCHEDULES[schedule](diffusion_steps)
         self.channels = tuple(channels)
         self.head_width = width // heads
-        groups = [CHANNELS[name].output_group for name in self.channels]
-        self.columns = {
-            group: [i for i, own in enumerate(groups) if own == group]
-            for group in OUTPUT_GROUPS
-            if group in groups
-        }
-        self.seen = {group: seen_actions(group) for group in self.columns}
+        self.parts = parts(channels, branches) if branch_layers else whole(channels)
 
-        self.embed_motion = nn.Linear(len(self.channels), width)
+        def network(n_actions: int, layers: int) -> Network:
+            return Network(n_actions, width, heads, layers, timeline_tokens == "carried")
+
         self.embed_step = nn.Sequential(nn.Linear(width, width), nn.SiLU(), nn.Linear(width, width))
         self.keep = nn.Linear(width, len(self.channels))
-        self.base = Network(len(ACTIONS), width, heads, base_layers)
-        self.branches = nn.ModuleDict(
-            {g: Network(len(self.seen[g]), width, heads, branch_layers) for g in self.columns}
+        self.base = network(len(ACTIONS), base_layers) if base_layers else None
+        sources = whole(channels) if base_layers else self.parts  # of motion tokens
+        self.embed_motion = nn.ModuleDict(
+            {name: nn.Linear(len(part.columns), width) for name, part in sources.items()}
         )
-        self.norms = nn.ModuleDict({g: nn.LayerNorm(width) for g in self.columns})
+        self.branches = nn.ModuleDict(
+            {
+                name: network(len(part.actions), branch_layers)
+                for name, part in self.parts.items()
+                if branch_layers
+            }
+        )
+        self.norms = nn.ModuleDict({name: nn.LayerNorm(width) for name in self.parts})
         self.outputs = nn.ModuleDict(
-            {g: nn.Linear(width, len(columns)) for g, columns in self.columns.items()}
+            {name: nn.Linear(width, len(part.columns)) for name, part in self.parts.items()}
         )
 
     def initialise(self, generator: torch.Generator) -> "TimelineModel":
@@ -127,23 +148,41 @@ class TimelineModel(nn.Module):
         noisy (B, L, D) · step (B,) · timeline (B, L, 16) in {0, 1}, -1 where dropped or not
         measured · valid (B, L) bool. Returns (B, L, D); frames that are not valid mean nothing.
         """
-        frame = torch.arange(noisy.shape[1], device=noisy.device).repeat(2)  # (2L,)
-        turns = rotary_angles(frame, self.head_width)
-        visible = visible_tokens(valid)  # (B, 1, L, 2L)
-        level = nn.functional.silu(
-            self.embed_step(step_embedding(step, self.embed_step[0].in_features))
-        )  # (B, d)
+        return self.listen(timeline, valid)(noisy, step)
 
-        base = self.base(self.embed_motion(noisy), timeline, level, turns, visible)  # (B, L, d)
-        signal, noise = self.schedule.at(step, noisy)  # (B, 1, 1) each
-        keep = self.keep(level)[:, None].sigmoid()  # (B, 1, D)
-        motion = torch.empty_like(noisy)  # (B, L, D)
-        for group, branch in self.branches.items():
-            own = branch(base, timeline[..., self.seen[group]], level, turns, visible)  # (B, L, d)
-            motion[..., self.columns[group]] = self.outputs[group](self.norms[group](own))
-        # A channel that is mostly jitter is best told as its noisy value, corrected (Salimans & Ho
-        # 2022, section 4); a smooth one as what the layers made of all. Each learns its mixture.
-        return keep * (signal * noisy + noise * motion) + (1 - keep) * motion
+    def listen(self, timeline: Tensor, valid: Tensor) -> Denoiser:
+        """The denoiser of these timelines (B, L, 16), for any step.
+
+        What the layers read of the timelines is the same at all steps, and is worked out once.
+        """
+        weight = self.keep.weight
+        turns = rotary_angles(timeline.shape[1], self.head_width, weight)
+        visible = visible_tokens(valid)  # (B, 1, L, 2L)
+        base = self.base.listen(timeline, turns, visible) if self.base else None
+        branches = {
+            name: branch.listen(timeline[..., self.parts[name].actions], turns, visible)
+            for name, branch in self.branches.items()
+        }
+
+        def denoise(noisy: Tensor, step: Tensor) -> Tensor:
+            level = self.embed_step(step_embedding(step, weight.shape[1]).to(weight.dtype))
+            level = F.silu(level)  # (B, d)
+            seen = noisy.to(weight.dtype)  # (B, L, D)
+            common = base(self.embed_motion["face"](seen), level) if base else None  # (B, L, d)
+            motion = torch.empty_like(noisy)  # (B, L, D)
+            for name, part in self.parts.items():
+                own = self.embed_motion[name](seen[..., part.columns]) if common is None else common
+                own = branches[name](own, level) if branches else own  # (B, L, d)
+                made = self.outputs[name](self.norms[name](own))  # (B, L, D of the part)
+                motion[..., part.columns] = made.to(noisy.dtype)
+            # A channel that is mostly jitter is best told as its noisy value, corrected (Salimans &
+            # Ho 2022, section 4); a smooth one as what the layers made of all. Each learns its
+            # mixture.
+            signal, noise = self.schedule.at(step, noisy)  # (B, 1, 1) each
+            keep = self.keep(level)[:, None].sigmoid().to(noisy.dtype)  # (B, 1, D)
+            return keep * (signal * noisy + noise * motion) + (1 - keep) * motion
+
+        return denoise
 
 
 def visible_tokens(valid: Tensor) -> Tensor:

@@ -43,6 +43,7 @@ def make(
     video_share: float,
     video_px: int,
     tracker: str = "livelink",
+    smiles_frown: float = 0.0,
 ) -> None:
     """Write a world with faults: data as it would be published, truth for the evaluation alone.
 
@@ -52,13 +53,14 @@ def make(
     metrical_tracker/<clip_id>/checkpoint/<frame>.frame and face_model.npz. truth: frames.parquet,
     intervals.parquet, faults.csv.
     video_share: how many of the clips have a video; those with a fault that is to be seen have
-    one too, but 0 makes none. video_px: edge of the picture. Deterministic in the seed.
+    one too, but 0 makes none. video_px: edge of the picture. smiles_frown: as `simulate`'s. Deterministic
+    in the seed.
     """
     crowd = plan.people(people, seed)
     rng = np.random.default_rng([seed, 5])
     planned, planted = plan.clips(clips, crowd, seed), faults.spread(clips, rng, video_share > 0)
     planned = [planted[i].planned(c) if i in planted else c for i, c in enumerate(planned)]
-    world = render(planned, crowd, seed)
+    world = render(planned, crowd, seed, smiles_frown)
     (data / tracker).mkdir(parents=True, exist_ok=True)
     truth.mkdir(parents=True, exist_ok=True)
     faulty = {planned[position].clip_id: fault for position, fault in planted.items()}

@@ -1,6 +1,6 @@
 """Who is there, in which clips, and what they do when: everything but the curves."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -38,6 +38,10 @@ class Event:
     @property
     def end(self) -> int:
         return self.start + self.attack + self.hold + self.release
+
+    def meets(self, other: "Event") -> bool:
+        """Whether the two share a frame."""
+        return self.start < other.end and other.start < self.end
 
     def on(self, n_frames: int) -> tuple[int, int]:
         """The half-open interval of the clip's frames that reach half the amplitude."""
@@ -86,6 +90,7 @@ HABITS = {
     "head_h": _Habit({"HeadLeft": 0.5, "HeadRight": 0.5}, _LONG_PAUSE, _TURN, (20, 70)),
     "head_v": _Habit({"HeadUp": 0.45, "HeadDown": 0.55}, _LONG_PAUSE, _TURN, (20, 60)),
 }
+SMILES = ("SoftSmile", "Smile")
 LONG_CLOSURE = 0.12  # share of the blinks that stay closed
 
 
@@ -176,6 +181,20 @@ def _closures(n_frames: int, person: Person, rng: np.random.Generator) -> list[E
         amplitude = float(rng.uniform(*difficulty.CLOSURE))
         events.append(Event("EyeClose", at, attack, hold, release, amplitude))
         at = events[-1].end + 6 + int(rng.exponential(person.blink_every))
+    return events
+
+
+def frowning(events: list[Event], share: float, rng: np.random.Generator) -> list[Event]:
+    """Events of which that share of the smiles come with a lowered brow for as long.
+
+    What else the brow does at that time gives way.
+    """
+    low, high, _ = difficulty.AMPLITUDE["BrowDown"][-1]
+    for smile in [event for event in events if event.action in SMILES]:
+        drawn, amplitude = rng.random(), float(rng.uniform(low, high))
+        if drawn < share:
+            events = [e for e in events if ACTIONS[e.action].track != "brow" or not e.meets(smile)]
+            events.append(replace(smile, action="BrowDown", amplitude=amplitude))
     return events
 
 

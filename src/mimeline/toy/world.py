@@ -38,20 +38,27 @@ class World:
     speech: dict[str, np.ndarray]
 
 
-def simulate(people: int, clips: int, seed: int) -> World:
-    """A world of so many people and clips, deterministic in the seed, without faults."""
+def simulate(people: int, clips: int, seed: int, smiles_frown: float = 0.0) -> World:
+    """A world of so many people and clips, deterministic in the seed, without faults.
+
+    smiles_frown: share of the smiles that come with a lowered brow.
+    """
     crowd = plan.people(people, seed)
-    return render(plan.clips(clips, crowd, seed), crowd, seed)
+    return render(plan.clips(clips, crowd, seed), crowd, seed, smiles_frown)
 
 
-def render(clips: Sequence[PlannedClip], people: Sequence[Person], seed: int) -> World:
+def render(
+    clips: Sequence[PlannedClip], people: Sequence[Person], seed: int, smiles_frown: float = 0.0
+) -> World:
     """Act out planned clips."""
     by_name = {person.name: person for person in people}
     clean, noisy, truth, intervals, speech = [], [], [], [], {}
     for clip in clips:
         rng = np.random.default_rng([seed, 4, clip.index])
         person = by_name[clip.person]
-        events = plan.with_extra(plan.events(clip.n_frames, person, rng), clip.extra)
+        events = plan.events(clip.n_frames, person, rng)
+        own = np.random.default_rng([seed, 10, clip.index])  # or a share would change all else
+        events = plan.with_extra(plan.frowning(events, smiles_frown, own), clip.extra)
         events = [] if clip.deserted else events
         motion, speech[clip.clip_id] = act(events, clip.n_frames, person, clip.talks, rng)
         clean.append(motion.astype(np.float32))

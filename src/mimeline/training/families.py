@@ -28,7 +28,15 @@ class Family:
 FAMILIES: dict[str, Family] = {
     "timeline": Family(
         TimelineModel,
-        ("width", "heads", "base_layers", "branch_layers", "diffusion_steps"),
+        (
+            "width",
+            "heads",
+            "base_layers",
+            "branch_layers",
+            "branches",
+            "timeline_tokens",
+            "diffusion_steps",
+        ),
         train_timeline,
     ),
 }
