@@ -53,8 +53,8 @@ def make(
     metrical_tracker/<clip_id>/checkpoint/<frame>.frame and face_model.npz. truth: frames.parquet,
     intervals.parquet, faults.csv.
     video_share: how many of the clips have a video; those with a fault that is to be seen have
-    one too, but 0 makes none. video_px: edge of the picture. smiles_frown: as `simulate`'s. Deterministic
-    in the seed.
+    one too, but 0 makes none. video_px: edge of the picture. smiles_frown: as for `simulate`.
+    Deterministic in the seed.
     """
     crowd = plan.people(people, seed)
     rng = np.random.default_rng([seed, 5])
