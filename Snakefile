@@ -3,6 +3,7 @@ from pathlib import Path
 
 from snakemake.utils import min_version
 
+from mimeline.evaluation.variants import SETS, variants
 from mimeline.run import remember
 from mimeline.vocabulary import SERIES_REGIONS
 from mimeline.workflow import (
@@ -46,6 +47,7 @@ wildcard_constraints:
 include: "workflow/rules/data.smk"
 include: "workflow/rules/annotation.smk"
 include: "workflow/rules/learning.smk"
+include: "workflow/rules/ablations.smk"
 include: "workflow/rules/report.smk"
 
 

@@ -1,5 +1,6 @@
 from copy import deepcopy
 from dataclasses import dataclass
+from fractions import Fraction
 from pathlib import Path
 
 import pandas as pd
@@ -19,6 +20,9 @@ ARCHITECTURE = {
     "heads": 2,
     "base_layers": 1,
     "branch_layers": 1,
+    "branches": "halves",
+    "timeline_tokens": "initial",
+    "schedule": "cosine",
     "diffusion_steps": 100,
 }
 
@@ -56,7 +60,8 @@ def world(tmp_path_factory) -> World:
     model = TimelineModel(normaliser.channels, **ARCHITECTURE)
     model.initialise(torch.Generator().manual_seed(0))
     run = Run(model, deepcopy(model), tables.empty(tables.LOSSES))
-    facts = {"family": "timeline", "model": ARCHITECTURE, "train": {}, "origin": {}}
+    facts = {"family": "timeline", "model": ARCHITECTURE, "train": {"window": 64}, "origin": {}}
+    facts["fps"] = Fraction(30)
     checkpoints.save(found.untrained, run, normaliser=normaliser, **facts)
     checkpoints.save_empty(found.empty, "the train part is empty", {})
     return found

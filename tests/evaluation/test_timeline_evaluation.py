@@ -5,17 +5,12 @@ import pandas as pd
 import pytest
 
 from mimeline import tables
-from mimeline.evaluation.timeline import (
-    alignment,
-    choose,
-    clip_values,
-    evaluate_timeline,
-    liveliness,
-)
-from mimeline.vocabulary import ACTIONS, CHANNELS
+from mimeline.config.sections import TimelineSampling
+from mimeline.evaluation.timeline import choose, clip_values, evaluate_timeline, moving
+from mimeline.vocabulary import CHANNELS
 
 ANNOTATE = {"closed": 0.5, "gaze_deg": 8.0, "head_deg": 8.0, "hysteresis": 0.0, "min_frames": 1}
-OPTIONS = {"sampler_steps": 3, "guidance": 2.0, "timelines": 3, "seed": 0}
+OPTIONS = TimelineSampling(sampler="ddim", sampler_steps=3, timelines=3).model_dump()
 
 
 @pytest.fixture(scope="session")
@@ -35,19 +30,32 @@ def test_every_variant_is_scored_on_clips_kept_out_of_training(scored):
     rows = tables.read(tables.METRICS, scored[0])
     assert set(rows["variant"]) == {"real", "request", "empty", "unconditional"}
     assert set(rows["part"]) == {"test+val"}
-    assert set(rows["n"]) == {3}
     own = rows[rows["variant"] == "request"].set_index("metric")
     measured = {"tas", "tas_closure", "tas_gaze", "tas_head"}  # no cluster was named here
-    natural = {"var", "velocity", "fid_fm", "fid_delta_fm", "snd"}
-    assert set(own.index) == measured | natural
-    assert own.loc["tas", "low"] <= own.loc["tas", "value"] <= own.loc["tas", "high"]
+    natural = {"var", "velocity", "jerk"}
+    compared = {"fid_fm", "fid_delta_fm", "snd", "velocity_ratio", "jerk_ratio"}
+    assert set(own.index) == measured | natural | compared
     regions = own.loc[list(measured - {"tas"}), "value"]
     assert own.loc["tas", "value"] == pytest.approx(regions.mean())
+
+
+def test_every_score_has_its_floor_its_number_of_clips_and_its_interval(scored):
+    rows = tables.read(tables.METRICS, scored[0])
+    by_variant = {variant: set(own["metric"]) for variant, own in rows.groupby("variant")}
+    assert by_variant["real"] == by_variant["request"]
+    assert set(rows["n"]) == {3}
+    assert (rows["low"] <= rows["value"]).all()
+    assert (rows["value"] <= rows["high"]).all()
 
 
 def test_the_floor_is_nearer_to_real_motion_than_an_untrained_model(scored):
     rows = tables.read(tables.METRICS, scored[0]).set_index(["variant", "metric"])["value"]
     assert 0 < rows["real", "snd"] < rows["request", "snd"]
+
+
+def test_real_motion_is_aligned_with_its_own_timeline(scored):
+    rows = tables.read(tables.METRICS, scored[0]).set_index(["variant", "metric"])["value"]
+    assert rows["real", "tas"] > 0.9 > rows["request", "tas"]
 
 
 def test_generated_motion_has_the_frames_that_were_asked_for(scored, world):
@@ -97,33 +105,6 @@ def test_training_clips_are_asked_for_only_where_others_are_few(parts, used, ask
     assert len(others) == asked or not parts
 
 
-def frames_of(active: dict[str, list[str | None]]):
-    """clip → the one action of each frame."""
-    rows = [
-        {"clip_id": clip, "frame": i, **{name: name == action for name in ACTIONS}}
-        for clip, actions in active.items()
-        for i, action in enumerate(actions)
-    ]
-    return pd.DataFrame(rows)
-
-
-def test_what_was_asked_for_and_done_scores_one():
-    truth = frames_of({"a": ["BrowUp", None, "Smile", "HeadUp"], "b": ["GazeLeft", "EyeClose"]})
-    scores = alignment(truth, truth, 20, np.random.default_rng(0))
-    assert scores["tas"] == (1.0, 1.0, 1.0)
-
-
-def test_a_region_that_fails_lowers_its_own_score_and_the_mean():
-    truth = frames_of({"a": ["BrowUp", None] * 4, "b": ["Smile", None] * 4})
-    done = truth.assign(BrowUp=False)
-    scores = alignment(truth, done, 50, np.random.default_rng(0))
-    assert scores["tas_mouth"][0] == 1.0
-    assert scores["tas_brow"][0] == pytest.approx(12 / (12 + 4 / 2) / 2)
-    asked = ("tas_mouth", "tas_brow")  # nothing was asked of the others
-    assert scores["tas"][0] == pytest.approx(np.mean([scores[name][0] for name in asked]))
-    assert scores["tas_brow"][1] < scores["tas_brow"][0] < scores["tas_brow"][2]
-
-
 def test_real_clips_are_cut_where_frames_are_not_valid():
     motion = pd.DataFrame(
         {
@@ -133,8 +114,11 @@ def test_real_clips_are_cut_where_frames_are_not_valid():
             "jawOpen": [0.0, 0.1, 9.0, 0.3, 0.4, 0.5, 1.0, np.nan, 1.2],
         }
     )
-    found = clip_values(motion, ["a", "b"], ["jawOpen"])
-    assert [clip.ravel().tolist() for clip in found] == [[0.0, 0.1], [0.3, 0.4, 0.5]]
+    found = clip_values(motion, ["b", "a"], ["jawOpen"])
+    assert [[stretch.ravel().tolist() for stretch in clip] for clip in found] == [
+        [[1.0], [1.2]],
+        [[0.0, 0.1], [0.3, 0.4, 0.5]],
+    ]
 
 
 def test_a_real_clip_without_a_channel_is_left_out_and_counted(caplog):
@@ -148,17 +132,13 @@ def test_a_real_clip_without_a_channel_is_left_out_and_counted(caplog):
         }
     )
     found = clip_values(motion, ["a", "b"], ["jawOpen", "head_yaw_left"])
-    assert [clip.shape for clip in found] == [(3, 2)]
+    assert [[stretch.shape for stretch in clip] for clip in found] == [[(3, 2)], [(0, 2)]]
+    assert moving(found) == 1
     assert "1 of 2 real clips lack a channel of the model" in caplog.text
     caplog.clear()
-    assert len(clip_values(motion, ["a", "b"], ["jawOpen"])) == 2
+    assert moving(clip_values(motion, ["a", "b"], ["jawOpen"])) == 2
     assert clip_values(motion, [], ["jawOpen"]) == []
     assert caplog.text == ""
-
-
-def test_liveliness_is_variance_and_speed_over_channels():
-    clip = np.array([[0.0, 0.0], [2.0, 0.0], [0.0, 0.0], [2.0, 0.0]])
-    assert liveliness([clip]) == {"var": 0.5, "velocity": 1.0}
 
 
 def test_without_an_annotated_clip_nothing_is_scored(world, tmp_path):
@@ -169,3 +149,34 @@ def test_without_an_annotated_clip_nothing_is_scored(world, tmp_path):
     bare = replace(world, **files)
     for path in evaluate(bare, world.untrained, tmp_path):
         assert tables.reason(path) == "no clip is annotated"
+
+
+def rewritten(world, folder, **changed):
+    """The world with other tables."""
+    files = {}
+    for name, table in changed.items():
+        files[name] = folder / f"{name}.parquet"
+        tables.write(getattr(tables, name.upper()), table, files[name])
+    return replace(world, **files)
+
+
+def test_one_clip_has_scores_without_intervals_and_without_a_floor(world, tmp_path, caplog):
+    marked, split = pd.read_parquet(world.frames), tables.read(tables.SPLIT, world.split)
+    only = split.loc[split["part"] == "test", "clip_id"].iloc[0]
+    alone = rewritten(world, tmp_path, frames=marked[marked["clip_id"] == only])
+    rows = tables.read(tables.METRICS, evaluate(alone, world.untrained, tmp_path)[0])
+    assert set(rows["n"]) == {1}
+    assert rows["value"].notna().all()
+    assert rows[["low", "high"]].isna().all(axis=None)
+    assert not rows.loc[rows["variant"] == "real", "metric"].str.startswith("fid").any()
+    assert "1 timelines of the 3 wanted" in caplog.text
+
+
+def test_where_the_real_clips_lack_a_channel_made_motion_is_compared_with_nothing(world, tmp_path):
+    motion = pd.read_parquet(world.motion).assign(jawOpen=np.nan)
+    lacking = rewritten(world, tmp_path, motion=motion)
+    rows = tables.read(tables.METRICS, evaluate(lacking, world.untrained, tmp_path)[0])
+    made = set(rows.loc[rows["variant"] == "request", "metric"])
+    assert {"tas", "var", "velocity", "jerk"} <= made
+    assert not made & {"fid_fm", "snd", "velocity_ratio", "jerk_ratio"}
+    assert rows["value"].notna().all()

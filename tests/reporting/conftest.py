@@ -271,6 +271,7 @@ def _full(
             "loss": 1 / step,
             "val_loss": 2 / step,
             "learning_rate": 1e-3,
+            "gradient_norm": 0.5,
             "seconds": 1.0,
         }
         for step in range(1, 20)

@@ -9,7 +9,7 @@ import pytest
 
 from mimeline import tables
 from mimeline.toy import faults, make, plan
-from mimeline.toy.world import render
+from mimeline.toy.world import render, simulate
 from mimeline.vocabulary import EXPRESSIONS
 
 HEADER = (
@@ -262,3 +262,17 @@ def test_a_small_world_keeps_half_of_its_clips_sound(tmp_path):
     make(tmp_path / "data", tmp_path / "truth", 3, 6, 0, video_share=0, video_px=64)
     planted = pd.read_csv(tmp_path / "truth" / "faults.csv")
     assert (planted["fault"] != "listed_twice").sum() == 3
+
+
+def test_the_habit_of_frowning_smiles_is_written_as_well(tmp_path):
+    make(tmp_path / "data", tmp_path / "truth", 4, 24, 3, 0, 64, smiles_frown=0.9)
+    written = tables.read(tables.FRAMES, tmp_path / "truth" / "frames.parquet")
+    acted = simulate(4, 24, 3, smiles_frown=0.9).frames
+    planted = set(pd.read_csv(tmp_path / "truth" / "faults.csv")["clip_id"])
+    sound = (set(written["clip_id"]) & set(acted["clip_id"])) - planted
+    ours, theirs = (
+        rows[rows["clip_id"].isin(sound)].reset_index(drop=True) for rows in (written, acted)
+    )
+    pd.testing.assert_frame_equal(ours, theirs, check_dtype=False)
+    smiling = ours["Smile"] | ours["SoftSmile"]
+    assert ours.loc[smiling, "BrowDown"].mean() > 0.75

@@ -3,6 +3,8 @@ import hashlib
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from mimeline import tables
 from mimeline.toy import channels, difficulty, plan, simulate
@@ -245,3 +247,83 @@ def test_coefficients_stay_in_their_range_and_some_pass_one(world):
     values = world.motion[[n for n, c in CHANNELS.items() if c.unit == "1"]]
     assert values.to_numpy().min() >= 0
     assert 1 < values.to_numpy().max() <= np.float32(1.05)
+
+
+# A habit: smiles that come with a lowered brow
+
+
+@pytest.fixture(scope="module")
+def frowning():
+    """The world, but for nine smiles of ten."""
+    return simulate(8, 40, 3, smiles_frown=0.9)
+
+
+def smiles(world) -> pd.DataFrame:
+    """The smiles, and how much of each the brow is lowered."""
+    frames = world.frames.set_index(["clip_id", "frame"])["BrowDown"]
+    found = world.intervals[world.intervals["action"].isin(plan.SMILES)]
+    lowered = [
+        frames.loc[(row.clip_id, row.start_frame) : (row.clip_id, row.end_frame - 1)].mean()
+        for row in found.itertuples()
+    ]
+    return found.assign(lowered=lowered)
+
+
+def test_nine_smiles_of_ten_come_with_a_lowered_brow_from_first_to_last(world, frowning):
+    found = smiles(frowning)
+    assert (found["lowered"] == 1).mean() == pytest.approx(0.9, abs=0.05)
+    assert (smiles(world)["lowered"] == 1).mean() < 0.1
+
+
+def test_a_smile_that_is_not_of_them_has_the_brow_it_had(world, frowning):
+    before, after = (smiles(w).reset_index(drop=True) for w in (world, frowning))
+    pd.testing.assert_frame_equal(before.drop(columns="lowered"), after.drop(columns="lowered"))
+    assert (before["lowered"] >= after["lowered"])[after["lowered"] < 1].all()
+
+
+def test_a_frown_moves_the_brow_as_far_as_a_strong_one(frowning):
+    rows = with_truth(frowning, frowning.clean)
+    lowered = rows["BrowDown"] & rows[list(plan.SMILES)].any(axis=1)
+    assert rows.loc[lowered, "browDownLeft"].median() > 0.6
+    assert rows.loc[~rows["BrowDown"], "browDownLeft"].median() < 0.3
+
+
+def test_a_world_of_no_frowning_smiles_is_the_world():
+    ours, plain = simulate(4, 8, 5, smiles_frown=0.0), simulate(4, 8, 5)
+    for name in ("motion", "clean", "frames", "intervals"):
+        pd.testing.assert_frame_equal(getattr(ours, name), getattr(plain, name))
+
+
+def test_the_habit_changes_nothing_but_the_brow(world, frowning):
+    moved = channels.GAIN["BrowUp"] + channels.GAIN["BrowDown"]
+    others = [name for name in CHANNELS if not moved[channels.INDEX[name]]]
+    for before, after in ((world.motion, frowning.motion), (world.clean, frowning.clean)):
+        pd.testing.assert_frame_equal(before[others], after[others])
+        assert not before["browDownLeft"].equals(after["browDownLeft"])
+    actions = [name for name in ACTIONS if name not in track_actions("brow")]
+    pd.testing.assert_frame_equal(world.frames[actions], frowning.frames[actions])
+    for name, speech in world.speech.items():
+        assert np.array_equal(speech, frowning.speech[name])
+
+
+@given(seed=st.integers(0, 10_000), share=st.floats(0, 1))
+def test_frowning_fills_the_brow_s_track_without_overlap(seed, share):
+    rng = np.random.default_rng(seed)
+    events = plan.events(250, PERSON, rng)
+    changed = plan.frowning(events, share, rng)
+
+    def of(events, *actions):
+        return sorted((e for e in events if e.action in actions), key=lambda e: e.start)
+
+    brow = of(changed, "BrowUp", "BrowDown")
+    assert not any(a.meets(b) for i, a in enumerate(brow) for b in brow[i + 1 :])
+    others = set(ACTIONS) - {"BrowUp", "BrowDown"}
+    assert of(changed, *others) == of(events, *others)
+    shapes = {(e.start, e.attack, e.hold, e.release) for e in of(events, *plan.SMILES)}
+    new = [e for e in brow if e not in events]
+    assert all((e.start, e.attack, e.hold, e.release) in shapes for e in new)
+    assert all(
+        e in changed or any(e.meets(frown) for frown in new)
+        for e in of(events, "BrowUp", "BrowDown")
+    )
+    assert len(new) == {0: 0, 1: len(shapes)}.get(share, len(new))

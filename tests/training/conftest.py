@@ -31,16 +31,32 @@ class Tables:
 
     motion: Path
     frames: Path
+    clips: Path
     split: Path
     statistics: Path
 
-    def train(self, checkpoint: Path, **changes) -> Path:
-        files = ([self.motion], [self.frames], self.split, self.statistics)
-        train("timeline", *files, checkpoint, OPTIONS | changes)
+    def train(
+        self, checkpoint: Path, state=None, tensorboard=None, hardware=None, **changes
+    ) -> Path:
+        train(
+            model="timeline",
+            motions=[self.motion],
+            frames=[self.frames],
+            clips=[self.clips],
+            split=self.split,
+            statistics=self.statistics,
+            checkpoint=checkpoint,
+            options=OPTIONS | changes,
+            hardware=hardware or {"device": "cpu"},
+            state=state,
+            tensorboard=tensorboard,
+        )
         return checkpoint
 
 
-def write_tables(folder: Path, lengths: dict[str, int]) -> Tables:
+def write_tables(
+    folder: Path, lengths: dict[str, int], fps: dict[str, int] | None = None
+) -> Tables:
     rng = np.random.default_rng(0)
     keys = [(clip, i) for clip, length in lengths.items() for i in range(length)]
     frames = pd.DataFrame(keys, columns=["clip_id", "frame"])
@@ -63,11 +79,22 @@ def write_tables(folder: Path, lengths: dict[str, int]) -> Tables:
             "high": values.max().to_numpy(),
         }
     )
+    unknown = dict.fromkeys(tables.CLIPS.schema.names)
+    told = {"start_s": 0.0, "end_s": 1.0, "fps_den": 1, "shard": 0}
+    told |= {name: [] for name in ("actions", "emotions", "attributes", "texts")}
+    clips = pd.DataFrame(
+        [
+            unknown | told | {"clip_id": c, "source_id": c, "fps_num": (fps or {}).get(c, 30)}
+            for c in lengths
+        ],
+        columns=tables.CLIPS.schema.names,
+    )
     part = ["val" if clip.startswith("val") else "train" for clip in lengths]
     split = pd.DataFrame({"clip_id": list(lengths), "part": part, "group": list(lengths)})
     found = Tables(*(folder / f"{name}.parquet" for name in Tables.__annotations__))
     tables.write(tables.MOTION, motion, found.motion)
     tables.write(tables.FRAMES, frames, found.frames)
+    tables.write(tables.CLIPS, clips, found.clips)
     tables.write(tables.SPLIT, split, found.split)
     tables.write(tables.STATISTICS, statistics, found.statistics)
     return found
@@ -84,6 +111,17 @@ def world(tmp_path_factory) -> Tables:
     return write_tables(
         tmp_path_factory.mktemp("world"), {"one": 60, "two": 45, "short": 9, "val": 40}
     )
+
+
+@pytest.fixture
+def other_world(tmp_path) -> Tables:
+    return write_tables(tmp_path, {"one": 61, "two": 45, "short": 9, "val": 40})
+
+
+@pytest.fixture
+def of_two_rates(tmp_path) -> Tables:
+    rates = {"one": 25, "two": 60, "three": 25, "val": 60}
+    return write_tables(tmp_path, dict.fromkeys(rates, 20), rates)
 
 
 @pytest.fixture(scope="session")

@@ -1,20 +1,17 @@
 import itertools
+import math
+from dataclasses import replace
 
 import pytest
 import torch
 
-from mimeline.dataset.windows import Batch
 from mimeline.training.average import Average
+from mimeline.training.hardware import Hardware
+from mimeline.training.lesson import Lesson, square_error
 from mimeline.training.loop import TrainingDiverged, fit, learning_rate
 
-BATCH = Batch(
-    ("beta", "alpha"),
-    motion=torch.ones(2, 4, 1),
-    timeline=torch.ones(2, 4, 16),
-    valid=torch.ones(2, 4).bool(),
-    measured=torch.ones(2, 4, 1).bool(),
-)
-SETTINGS = {"steps": 40, "peak": 0.05, "clip_norm": 1.0, "ema": 0.9}
+ONES = torch.ones(2, 4, 1)
+TRIPLE = Lesson(("beta", "alpha"), (ONES,), target=3 * ONES, weight=ONES / 8)
 
 
 def line() -> torch.nn.Linear:
@@ -24,30 +21,59 @@ def line() -> torch.nn.Linear:
     return model
 
 
-def square(model, batch):
-    return (model(batch.motion) - 3 * batch.motion).square().mean()
+def learn(lessons=None, loss=square_error, held=TRIPLE):
+    return fit(
+        line(),
+        lessons or itertools.repeat(TRIPLE),
+        loss,
+        held,
+        torch.Generator(),
+        steps=40,
+        peak=0.05,
+        clip_norm=1.0,
+        ema=0.9,
+        save_every=500,
+        hardware=Hardware("cpu"),
+        state=None,
+        tensorboard=None,
+    )
 
 
 def test_the_loss_falls_and_the_average_follows():
-    run = fit(line(), itertools.repeat(BATCH), square, lambda model: 7.0, **SETTINGS)
+    run = learn()
     assert run.losses["loss"].iloc[-1] < 0.1 * run.losses["loss"].iloc[0]
-    assert run.losses["step"].iloc[-1] == SETTINGS["steps"]
-    assert (run.losses["val_loss"] == 7.0).all()
-    assert square(run.average, BATCH) < square(line(), BATCH)
+    assert run.losses["step"].tolist() == list(range(1, 41))
+    with torch.no_grad():
+        assert run.losses["val_loss"].iloc[-1] == square_error(run.average, TRIPLE).item()
+    assert square_error(run.average, TRIPLE) < square_error(line(), TRIPLE)
     assert not torch.equal(run.average.weight, run.model.weight)
     assert not run.model.training
 
 
+def test_the_gradient_norm_is_told_as_it_was_before_clipping():
+    first = learn().losses["gradient_norm"].iloc[0]
+    assert first == pytest.approx(math.hypot(6, 6))  # of (w + b - 3)^2 at zero
+
+
+def test_without_a_held_lesson_there_is_no_validation_loss():
+    assert learn(held=None).losses["val_loss"].isna().all()
+
+
 def test_a_loss_that_is_not_finite_ends_the_training_and_names_the_clips():
-    losses = itertools.chain([1.0, 1.0], itertools.repeat(float("nan")))
-
-    def loss(model, batch):
-        return model(batch.motion).mean() + next(losses)
-
+    off = itertools.chain([0.0, 0.0], itertools.repeat(float("nan")))
+    lessons = (replace(TRIPLE, target=TRIPLE.target + number) for number in off)
     with pytest.raises(
         TrainingDiverged, match=r"alpha, beta, training step 3: found a loss of nan"
     ):
-        fit(line(), itertools.repeat(BATCH), loss, lambda model: None, **SETTINGS)
+        learn(lessons)
+
+
+def test_a_gradient_that_is_not_finite_ends_the_training_and_names_the_clips():
+    def loss(model, lesson):
+        return model(lesson.shown[0]).sum().abs().sqrt()  # of slope inf at zero
+
+    with pytest.raises(TrainingDiverged, match=r"alpha, beta, training step 1: found a gradient"):
+        learn(loss=loss)
 
 
 def test_the_learning_rate_rises_to_its_peak_and_falls_to_a_tenth():

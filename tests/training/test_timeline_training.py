@@ -6,12 +6,23 @@ import torch
 from mimeline import tables
 from mimeline.dataset.statistics import statistics
 from mimeline.dataset.windows import Batch
+from mimeline.diffusion.schedule import SCHEDULES
 from mimeline.models.timeline import TimelineModel
 from mimeline.training import checkpoint as checkpoints
-from mimeline.training.timeline import denoising_loss
+from mimeline.training.lesson import Lesson, square_error
+from mimeline.training.timeline import noised
 
 CHANNEL_NAMES = ("browInnerUp", "jawOpen", "head_yaw_left")
-SHAPE = {"width": 16, "heads": 2, "base_layers": 1, "branch_layers": 1, "diffusion_steps": 100}
+SHAPE = {
+    "width": 16,
+    "heads": 2,
+    "base_layers": 1,
+    "branch_layers": 1,
+    "branches": "halves",
+    "timeline_tokens": "initial",
+    "schedule": "cosine",
+    "diffusion_steps": 100,
+}
 
 
 @pytest.fixture
@@ -25,16 +36,14 @@ def batch() -> Batch:
     return Batch(("a", "b"), motion * measured, torch.zeros(2, 6, 16), valid, measured)
 
 
-def perfect(batch: Batch, wrong: torch.Tensor):
-    """A model that gives the batch's motion, off by `wrong` (B, L, D)."""
-    model = TimelineModel(CHANNEL_NAMES, **SHAPE)
-    model.forward = lambda *_: batch.motion + wrong
-    return model
+def told(batch: Batch) -> Lesson:
+    generator = torch.Generator().manual_seed(1)
+    return noised(batch, batch.timeline, SCHEDULES["cosine"](100), generator)
 
 
 def loss_of(batch: Batch, wrong: torch.Tensor) -> float:
-    generator = torch.Generator().manual_seed(1)
-    return denoising_loss(perfect(batch, wrong), batch, batch.timeline, generator).item()
+    """Of a model that gives the batch's motion, off by `wrong` (B, L, D)."""
+    return square_error(lambda *_: batch.motion + wrong, told(batch)).item()
 
 
 def test_what_was_not_measured_does_not_count_in_the_loss(batch):
@@ -47,6 +56,15 @@ def test_the_loss_is_the_mean_over_what_was_measured(batch):
     assert loss_of(batch, wrong) == pytest.approx(expected)
     whole = replace(batch, measured=batch.valid[..., None].expand(2, 6, 3))
     assert loss_of(whole, wrong) == pytest.approx(wrong[batch.valid].square().mean().item())
+
+
+def test_the_losses_of_the_parts_of_a_lesson_add_up_to_its_own(batch):
+    model = TimelineModel(CHANNEL_NAMES, **SHAPE).initialise(torch.Generator().manual_seed(3))
+    lesson, cpu = told(batch), torch.device("cpu")
+    parts = [lesson.part(number, 2, cpu) for number in range(2)]
+    assert [part.clip_ids for part in parts] == [("a",), ("b",)]
+    whole = square_error(model, lesson).item()
+    assert sum(square_error(model, part).item() for part in parts) == pytest.approx(whole)
 
 
 def test_clips_without_a_head_still_train(world, tmp_path, caplog):

@@ -1,7 +1,7 @@
 """Checkouts of their own in which the whole workflow runs.
 
-Whole runs take the longest of all tests, and one core: those that the tests ask for go on beside
-the others from the start, and the tests that need none of them come first.
+Whole runs take the longest of all tests: those that the tests ask for go on beside the others from
+the start. The tests that need none of them come first, then those of each run as it is over.
 """
 
 import os
@@ -18,13 +18,13 @@ from snakemake.settings.types import (
 )
 
 from .checkouts import CHECKOUT, PARTS, Workflow, copy_checkout
-from .whole_runs import RUNS, Beside
+from .whole_runs import RUNS, STUDIES, Beside
 
 BESIDE = pytest.StashKey[Beside]()
 
 
 def pytest_collection_modifyitems(items):
-    items.sort(key=lambda item: not set(RUNS).isdisjoint(item.fixturenames))
+    items.sort(key=lambda item: max(map(RUNS.index, {*RUNS} & {*item.fixturenames}), default=-1))
 
 
 def pytest_collection_finish(session):
@@ -46,7 +46,7 @@ def toy_run(request) -> Workflow:
 
 @pytest.fixture(scope="session")
 def studied_run(request, toy_run) -> tuple[Path, str]:
-    """The results of a finished run on which sweep and experiments ran, and what these said."""
+    """The results of a finished run on which all STUDIES ran, and what these said."""
     return request.session.stash[BESIDE].get("studied_run")
 
 
@@ -57,8 +57,9 @@ def clipless_run(request) -> tuple[Path, str]:
 
 
 @pytest.fixture(scope="session")
-def killed_run(request) -> Path:
-    """The results of a run that was stopped at random moments and resumed."""
+def killed_run(request, toy_run) -> tuple[Path, Path]:
+    """The results of a run that was stopped at random moments and resumed; those of one that was
+    left alone."""
     return request.session.stash[BESIDE].get("killed_run")
 
 
@@ -120,7 +121,7 @@ def job_params(tmp_path_factory):
                     snakefile=CHECKOUT / "Snakefile",
                     workdir=workdir,
                 )
-                settings = DAGSettings(targets={"all", "sweep", "experiments"}, forceall=True)
+                settings = DAGSettings(targets={"all", *STUDIES}, forceall=True)
                 workflow.dag(settings)
                 inner = workflow._workflow  # the public interface prints, but does not give, jobs
                 inner.dag_settings = settings

@@ -57,6 +57,7 @@ USERS: dict[str, set[str]] = {
         "experiments",
         "exemplars",
         "evaluate_annotation",
+        "ablations",
         "report",
     },
     "series.null_length": {"series", "segment", "sweep_region", "experiment_region"},
@@ -81,11 +82,13 @@ USERS: dict[str, set[str]] = {
     "label": {"exemplars"},
     "label.file": {"label"},
     "label.min_agreement": {"label"},
-    "annotate": {"annotate", "evaluate_annotation", "evaluate", "report"},
+    "annotate": {"annotate", "evaluate_annotation", "evaluate", "generate_variant", "report"},
     "describe": {"describe"},
     "describe.balance": {"describe", "report"},
     "split": {"split"},
-    "train.timeline": {"train"},
+    "train.hardware": {"train", "train_variant"},
+    "train.timeline": {"train", "train_variant", "ablations"},
+    "train.timeline.seed": {"train", "ablations"},  # a variant of one seed stays what it is
     "evaluate.truth": {
         "evaluate_annotation",
         "evaluate_labelling",
@@ -95,10 +98,17 @@ USERS: dict[str, set[str]] = {
     },
     "evaluate.gmm_components": {"evaluate_annotation"},
     "evaluate.overlap": {"evaluate_annotation", "report"},
-    "evaluate.bootstrap": {"evaluate_annotation", "evaluate", "experiments"},
-    "evaluate.seed": {"evaluate_annotation", "evaluate_labelling", "experiments"},
+    "evaluate.bootstrap": {"evaluate_annotation", "evaluate", "experiments", "ablations"},
+    "evaluate.seed": {"evaluate_annotation", "evaluate_labelling", "experiments", "ablations"},
     "evaluate.looks": {"evaluate_labelling"},
-    "evaluate.timeline": {"evaluate"},
+    "evaluate.timeline": {"evaluate", "generate_variant"},
+    **{
+        f"evaluate.timeline.{key}": {
+            *("evaluate", "ablation_requests", "generate_variant", "ablations")
+        }
+        for key in ("timelines", "seed")
+    },
+    "ablations": {"ablation_requests"},
     "report": {"report"},
 }
 # A block of a format counts where its format is chosen, and only there.
@@ -117,6 +127,12 @@ FORMATS = {
 FILES = {"select.exclusions", "describe.templates", "label.file", "evaluate.truth", "report.face"}
 # These change which jobs there are, or where their files lie, not the params of a rule.
 STRUCTURE = {"data_dir", "shards", "pathvars", "train.models"}
+STRUCTURE |= {"ablations.variants", "ablations.seeds"}
+# These do besides: of the variants of the ablation study, some go and others come.
+OF_VARIANTS = {
+    f"train.timeline.{key}"
+    for key in ("base_layers", "branch_layers", "branches", "timeline_tokens", "drop_each", "seed")
+}
 
 
 def leaves(section: type[Section], prefix: str = ""):
@@ -153,6 +169,8 @@ def another(key: str, field, value):
         "fetch.side_px": 128,
         "train.timeline.width": 128,
         "train.timeline.heads": 2,
+        "evaluate.timeline.region_guidance": {"mouth": 3.0},
+        "evaluate.timeline.guidance_interval": [0.1, 0.9],
     }
     if key in special:
         return special[key]
@@ -214,8 +232,9 @@ def test_a_key_changes_the_params_of_exactly_the_rules_that_use_it(
             Path(value).write_text("clip_id,reason\n")
     before = params_of_format(block)
     after = job_params(merged(base, nested(key, value)))
-    assert before.keys() == after.keys()
-    changed = {job[0] for job in before if before[job] != after[job]}
+    assert key in OF_VARIANTS or before.keys() == after.keys()
+    common = before.keys() & after.keys()
+    changed = {job[0] for job in common if before[job] != after[job]}
     expected = users(key)
     if key.startswith("ingest.") and base.get("catalogue", {}).get("format") == "files":
         expected = expected | {"catalogue"}
@@ -283,6 +302,17 @@ def test_a_changed_file_of_the_face_reruns_the_report(job_params, tmp_path):
     assert {job[0] for job in before if before[job] != after[job]} == {"report"}
 
 
+def test_what_is_wanted_of_the_ablation_study_is_what_is_trained(job_params):
+    wanted = {"variants": ["carried", "regions"], "seeds": 2}
+    jobs = job_params({"ablations": wanted, "train": {"timeline": {"seed": 5}}})
+    trained = {(name, seed) for name in ("ours", "carried", "regions") for seed in ("5", "6")}
+    for rule in ("train_variant", "generate_variant"):
+        assert {wildcards for name, wildcards in jobs if name == rule} == trained
+    options = jobs["train_variant", ("carried", "6")]["options"]
+    configured = jobs["train", ("timeline",)]["options"]
+    assert options == {**configured, "timeline_tokens": "carried", "seed": 6}
+
+
 def test_more_shards_mean_more_jobs_of_the_sharded_rules(job_params):
     sharded = {job[0] for job in job_params({"shards": 5}) if job[1] == ("04",)}
     assert sharded == {"select", "fetch", "ingest", "pose", "annotate"}
@@ -307,6 +337,7 @@ DRY_RUNS = {
     "annotate.closed": (0.4, AFTER_LABEL),
     "split.seed": (1, {"split", "train", "evaluate", "report"}),
     "train.timeline.steps": (11, {"train", "evaluate", "report"}),
+    "train.hardware.precision": ("bfloat16", {"train", "evaluate", "report"}),
     "evaluate.timeline.guidance": (1.5, {"evaluate", "report"}),
     "report.title": ("Another title", {"report"}),
 }

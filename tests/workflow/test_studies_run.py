@@ -1,4 +1,4 @@
-"""The sweep and the experiments on a finished run: no part of it, and nothing of it runs again."""
+"""Sweep, experiments and ablations on a finished run: no part of it, and none of it runs again."""
 
 from mimeline import tables
 from mimeline.vocabulary import SERIES_REGIONS
@@ -6,7 +6,9 @@ from mimeline.vocabulary import SERIES_REGIONS
 
 def test_they_fit_nothing_of_the_run_again(studied_run):
     _, said = studied_run
-    assert "8 of 8 steps" in said, said  # three regions and a page, of each
+    # Three regions and a page of sweep and experiments; of the ablations the timelines asked for,
+    # two models trained and asked, and a page.
+    assert "14 of 14 steps" in said, said
 
 
 def test_the_sweep_ends_with_its_page(studied_run):
@@ -36,3 +38,21 @@ def test_the_experiments_end_with_their_page(studied_run):
         assert {f"{experiment}/{setting}" for experiment, setting in names} == set(own["variant"])
         assert own["value"].between(0, 1).all()
         assert f'<i class="line {region}">' in page
+
+
+def test_the_ablations_end_with_their_page(studied_run):
+    results, said = studied_run
+    assert "mimeline: the page is results/ablations/index.html" in said
+    page = (results / "ablations" / "index.html").read_text(encoding="utf-8")
+    assert "w/o branch" in page and "Ours" in page
+    summary = tables.read(tables.METRICS, results / "ablations" / "summary.parquet")
+    assert {"ours", "no-branch"} <= set(summary["variant"])
+    for name in ("ours", "no-branch"):
+        assert (results / "ablations" / name / "0" / "checkpoint" / "model.safetensors").exists()
+
+
+def test_the_configured_variant_is_the_model_of_the_run(studied_run):
+    results, _ = studied_run
+    model = "checkpoint/model.safetensors"
+    ours = results / "ablations" / "ours" / "0" / model
+    assert ours.read_bytes() == (results / "train" / "timeline" / model).read_bytes()

@@ -33,9 +33,11 @@ NO_CLIP = {
     "select": {"min_s": 30, "max_s": 60},
     "shards": 1,
 }
+STUDIES = ("sweep", "experiments", "ablations")  # targets that `all` does not have
 GRID = {
     "sweep": {"n_clusters": [3], "beta": [40.0], "seeds": 1},
     "experiments": {"seeds": 1},
+    "ablations": {"variants": ["no-branch"], "seeds": 1, "timelines": 2, "frames": 64},
 }
 FINISHED = "finished"  # what the toy run left, whatever is done to it later
 GOLDEN = CHECKOUT / "tests" / "tracking" / "golden"  # small takes of each format
@@ -56,11 +58,11 @@ RUNS = (
 
 
 class Beside:
-    """Whole runs that go on beside the tests, one after the other; names: some of RUNS."""
+    """Whole runs that go on beside the tests, two at a time; names: some of RUNS."""
 
     def __init__(self, names: Collection[str]):
         self._folder = tempfile.TemporaryDirectory(prefix="mimeline-runs-")
-        self._pool = ThreadPoolExecutor(1)
+        self._pool = ThreadPoolExecutor(2)
         ordered = [name for name in RUNS if name in names]
         self._runs = {name: self._pool.submit(self._run, name) for name in ordered}
 
@@ -83,11 +85,12 @@ class Beside:
                 return toy_run(root)
             case "studied_run":
                 self.get("toy_run")
-                return studied_run(root.with_name(FINISHED))
+                return studied_run(root)
             case "clipless_run":
                 return clipless_run(root)
             case "killed_run":
-                return killed_run(root, self.get("toy_run").root / "results")
+                self.get("toy_run")
+                return killed_run(root)
             case "livelink_run":
                 return example_run(root, "livelink", real / "arkit_livelink", change=SMALL)
             case "dreamtalk_run":
@@ -116,9 +119,10 @@ def toy_run(root: Path) -> Workflow:
 
 def studied_run(root: Path) -> tuple[Path, str]:
     """The results of a finished run, then tried with other settings, and what that said."""
+    shutil.copytree(root.with_name(FINISHED), root)
     (root / "change.yaml").write_text(yaml.safe_dump(GRID))
     config = (TINY, str(root / "change.yaml"))
-    done = Workflow(root, root / "src").run("sweep", "experiments", config=config)
+    done = Workflow(root, root / "src").run(*STUDIES, config=config)
     assert done.returncode == 0, done.stdout + done.stderr
     return root / "results", done.stdout + done.stderr
 
@@ -172,14 +176,14 @@ def videos_run(root: Path, real: Path) -> Path:
     return example_run(root, "videos", data, until="fetch", change={"fetch": {"side_px": 64}})
 
 
-def killed_run(root: Path, reference: Path) -> Path:
-    """The results of a run that was stopped KILLS times and then went through.
+def killed_run(root: Path) -> tuple[Path, Path]:
+    """The results of a run that was stopped KILLS times and once in training, and its reference.
 
     It is stopped before its first table, then after a random number of tables. Whatever stands in
-    the results at such a moment is what stands in the reference.
+    the results at such a moment is what stands in the reference: the results of a finished run.
     """
     workflow = copy_checkout(root, PARTS)
-    results = root / "results"
+    results, reference = root / "results", root.with_name(FINISHED) / "results"
     moment = random.Random(KILLS)
     later = sorted(moment.sample(range(1, len(tables_in(reference))), KILLS - 1))
     for number, wanted in enumerate([0, *later]):
@@ -195,7 +199,22 @@ def killed_run(root: Path, reference: Path) -> Path:
         assert workflow.run("--unlock").returncode == 0
     done = workflow.run()
     assert done.returncode == 0, done.stdout + done.stderr
-    return results
+    stop_training(workflow, results)
+    return results, reference
+
+
+def stop_training(workflow: Workflow, results: Path) -> None:
+    """Train anew; stop it as soon as there is something to resume it from, and go on."""
+    checkpoint = "results/train/timeline/checkpoint"
+    with workflow.start(checkpoint, "--forcerun", "train") as process:
+        while process.poll() is None and not any(results.glob("train/timeline.state/*/*.json")):
+            time.sleep(0.01)
+        assert process.poll() is None, "over before anything was saved"
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait(timeout=120)
+    assert workflow.run("--unlock").returncode == 0
+    done = workflow.run(checkpoint)
+    assert done.returncode == 0, done.stdout + done.stderr
 
 
 def assert_same_tables(results: Path, reference: Path) -> None:

@@ -30,6 +30,7 @@ rule train:
     input:
         motions=expand("<results>/ingest/{shard}/motion.parquet", shard=SHARDS),
         frames=expand("<results>/annotate/{shard}/frames.parquet", shard=SHARDS),
+        clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
         split="<results>/split/split.parquet",
         statistics="<results>/split/statistics.parquet",
     output:
@@ -38,11 +39,15 @@ rule train:
         "<logs>/train/{model}.log",
     benchmark:
         "<benchmarks>/train/{model}.tsv"
-    threads: 1
+    threads: config["train"]["hardware"]["processes"]
     resources:
-        mem_mb=3000,
+        mem_mb=3000 * config["train"]["hardware"]["processes"],
     params:
         options=lookup("train/{model}", within=config),
+        hardware=lookup("train/hardware", within=config),
+        # Undeclared, so that they outlive a run that fails.
+        state=lambda wildcards, output: f"{Path(output.checkpoint).parent}.state",
+        tensorboard=lambda wildcards, output: f"{Path(output.checkpoint).parent}.tensorboard",
         code=code_digest("mimeline.training.train"),
     message:
         "Training the {wildcards.model} model"

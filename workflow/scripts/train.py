@@ -1,5 +1,6 @@
 from typing import TYPE_CHECKING
 
+from mimeline.training.state import finished
 from mimeline.training.train import train
 from mimeline.workflow import stage
 
@@ -11,9 +12,15 @@ with stage(snakemake) as job:
         model=job.wildcards.model,
         motions=job.input.motions,
         frames=job.input.frames,
+        clips=job.input.clips,
         split=job.input.split,
         statistics=job.input.statistics,
         checkpoint=job.output.checkpoint,
         options=job.params.options,
+        hardware=job.params.hardware,
+        state=job.params.state,
+        tensorboard=job.params.tensorboard,
+        code=job.params.code,
         threads=job.threads,
     )
+finished(job.params.state)

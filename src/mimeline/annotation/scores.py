@@ -163,12 +163,22 @@ def bootstrap(
     clips = max((len(c) for c in counts.values()), default=0)
     if not clips:
         return {}
-    draws = region_draws(counts, resampled(clips, resamples, rng))
+    draws = mean_draws(counts, resampled(clips, resamples, rng))
+    return {region: interval(f1) for region, f1 in draws.items()}
+
+
+def mean_draws(counts: Mapping[str, np.ndarray], weights: np.ndarray) -> dict[str, np.ndarray]:
+    """`region_draws`, and before them the "mean" of the regions in which truth holds an action.
+
+    Where it holds none at all, the mean is that of all regions; empty where nothing is measured.
+    """
+    if not (draws := region_draws(counts, weights)):
+        return {}
     telling = [region for region in draws if _shows_an_action(counts, region)] or list(draws)
     regions = np.array([draws[region] for region in telling])  # (regions, 1 + resamples)
     known = np.maximum(np.isfinite(regions).sum(axis=0), np.finfo(float).tiny)
     mean = np.where(known < 1, np.nan, np.nansum(regions, axis=0) / known)
-    return {region: interval(f1) for region, f1 in {"mean": mean, **draws}.items()}
+    return {"mean": mean, **draws}
 
 
 def of_region(region: str, tracks: Mapping[str, T]) -> list[T]:
@@ -176,7 +186,7 @@ def of_region(region: str, tracks: Mapping[str, T]) -> list[T]:
     return [tracks[track] for track in REGION_TRACKS[region] if track in tracks]
 
 
-def _shows_an_action(counts: dict[str, np.ndarray], region: str) -> bool:
+def _shows_an_action(counts: Mapping[str, np.ndarray], region: str) -> bool:
     """Whether truth holds an action of the region; Neutral is class 0."""
     return any(own[:, 1:].any() for own in of_region(region, counts))
 

@@ -167,11 +167,29 @@ class TimelineModel(Section):
     learning_rate: Positive = Field(2e-3, description="peak learning rate of AdamW")
     ema: Share = Field(0.995, description="decay of the averaged weights")
     clip_norm: Positive = Field(1.0, description="largest norm of the gradient")
+    save_every: Count = Field(
+        500, description="steps between two saves of what resumes an interrupted training"
+    )
     seed: Seed = Field(0, description="seed of weights, batches and noise")
+
+
+class TrainHardware(Section):
+    """Where a model is trained."""
+
+    device: Literal["auto", "cpu", "cuda"] = Field(
+        "auto", description="auto: a CUDA GPU where there is one"
+    )
+    precision: Literal["float32", "bfloat16", "float16"] = Field(
+        "float32", description="of the network's arithmetic; float16 on a GPU only"
+    )
+    processes: Count = Field(
+        1, description="processes that share each batch, one per core or GPU of this machine"
+    )
 
 
 class Train(Section):
     models: list[Literal["timeline"]] = Field(["timeline"], description="models to train")
+    hardware: TrainHardware = TrainHardware()
     timeline: TimelineModel = TimelineModel()
 
 
@@ -187,11 +205,11 @@ class TimelineSampling(Section):
     guidance: float = Field(2.0, ge=0, description="scale of classifier-free guidance; 1: none")
     region_guidance: dict[ControlRegion, Annotated[float, Field(ge=0)]] = Field(
         {},
-        description="scales of regions that are guided apart, {mouth: 3.0}; {}: all regions are "
-        "told at once",
+        description="scales of regions that are to weigh more or less, {mouth: 3.0}; all others "
+        "keep guidance",
     )
     guidance_interval: tuple[Share, Share] = Field(
-        (0.0, 1.0),
+        (0.1, 0.9),
         description="where in the noise schedule guidance is on, shares; 0: hardly any noise",
     )
     overlap: Annotated[float, Field(ge=0, lt=1)] = Field(
@@ -227,6 +245,30 @@ class Evaluate(Section):
     bootstrap: Count = Field(200, description="resamples of clips behind each interval")
     seed: Seed = Field(0, description="seed of baseline and resampling")
     timeline: TimelineSampling = TimelineSampling()
+
+
+class Ablations(Section):
+    """The ablation study of Ma et al. 2025, Table 2, on these recordings: snakemake ablations.
+
+    A variant is the model of train.timeline with a few of its keys changed."""
+
+    variants: Annotated[
+        list[Literal["no-branch", "no-base", "regions", "carried", "depth", "drop"]],
+        Field(min_length=1),
+    ] = Field(
+        ["no-branch", "no-base", "regions", "carried", "depth", "drop"],
+        description="what is tried beside the configured model: no-branch, no-base: all layers in "
+        "the other; regions: a branch for each region; carried: no layer but the first reads the "
+        "timeline itself; depth: every other number of branch layers; drop: other chances of a "
+        "region's timeline to be dropped (0, 0.3, 0.5, 0.7)",
+    )
+    seeds: Count = Field(3, description="trainings of each, the first with train.timeline's seed")
+    timelines: Count = Field(
+        80,
+        description="timelines of either kind that are made up: smiles with raised brows, glances",
+    )
+    frames: Annotated[int, Field(ge=64)] = Field(256, description="frames of such a timeline")
+    seed: Seed = Field(0, description="seed of these timelines")
 
 
 class Report(Section):
@@ -268,6 +310,7 @@ class Config(Section):
     split: Split = Split()
     train: Train = Train()
     evaluate: Evaluate = Evaluate()
+    ablations: Ablations = Ablations()
     report: Report = Report()
 
     @model_validator(mode="after")
@@ -279,6 +322,8 @@ class Config(Section):
         model = self.train.timeline
         if model.drop_all + model.drop_none > 1:
             raise ValueError("train.timeline.drop_all + drop_none to be at most 1")
+        if self.train.hardware.processes > model.batch:
+            raise ValueError("train.hardware.processes to be at most train.timeline.batch")
         if not model.base_layers and not model.branch_layers:
             raise ValueError("train.timeline.base_layers or branch_layers to be 1 or more")
         low, high = self.evaluate.timeline.guidance_interval

@@ -12,53 +12,37 @@ Listen = Callable[..., Denoiser]  # the tensors of a Condition → the denoiser 
 
 
 def guided(
-    listen: Listen,
-    conditions: Sequence[Condition],
-    null: Condition,
-    scales: Sequence[float],
-    interval: tuple[int, int] | None = None,
+    listen: Listen, conditions: Sequence[Condition], null: Condition, scales: Sequence[float]
 ) -> Denoiser:
     """The denoiser null + Σ scale_i (condition_i − null), all of it predictions of x_0.
 
     Of one condition Ho & Salimans 2022, equation 6; of several Liu et al. 2022, equation 11. All
-    predictions that count are made in one batch; with one condition and scale 1 that is one.
-    interval: the first and the last diffusion step of guidance; at other steps every scale is 1
-    (Kynkäänniemi et al. 2024, equation 6).
+    predictions that count are made in one batch: with one condition and scale 1 that is one.
     """
-    everything = [*conditions, null]
-
-    def combined(scales: Sequence[float]) -> Denoiser:
-        return weighted(listen, everything, [*scales, 1 - sum(scales)])
-
-    strong = combined(scales)
-    if interval is None:
-        return strong
-    plain = combined([1.0] * len(conditions))
-    first, last = interval
+    weights = [*scales, 1 - sum(scales)]
+    used = [
+        (told, weight)
+        for told, weight in zip([*conditions, null], weights, strict=True)
+        if weight != 0
+    ]
+    heard = listen(*(torch.cat(parts) for parts in zip(*(told for told, _ in used), strict=True)))
 
     def denoise(noisy: Tensor, step: Tensor) -> Tensor:
-        return (strong if first <= step[0] <= last else plain)(noisy, step)
+        clean = heard(torch.cat([noisy] * len(used)), step.repeat(len(used)))
+        each = clean.chunk(len(used))  # (B, ...) each
+        return sum(weight * own for (_, weight), own in zip(used, each, strict=True))
 
     return denoise
 
 
-def weighted(
-    listen: Listen, conditions: Sequence[Condition], weights: Sequence[float | Tensor]
-) -> Denoiser:
-    """The denoiser Σ weight_i condition_i, in one batch; a weight of 0 costs nothing.
+def between(first: int, last: int, inside: Denoiser, outside: Denoiser) -> Denoiser:
+    """One denoiser from the first to the last of some steps, another at all other steps.
 
-    A weight may be a tensor that multiplies like the data (B, ...).
+    Guidance does good in the middle of the schedule alone (Kynkäänniemi et al. 2024, equation 6).
+    All samples of a batch are at one step.
     """
-    used = [
-        (condition, weight)
-        for condition, weight in zip(conditions, weights, strict=True)
-        if isinstance(weight, Tensor) or weight != 0
-    ]
-    told = listen(*(torch.cat(parts) for parts in zip(*(c for c, _ in used), strict=True)))
 
     def denoise(noisy: Tensor, step: Tensor) -> Tensor:
-        clean = told(torch.cat([noisy] * len(used)), step.repeat(len(used)))
-        each = clean.chunk(len(used))  # (B, ...) each
-        return sum(weight * own for (_, weight), own in zip(used, each, strict=True))
+        return (inside if first <= step[0] <= last else outside)(noisy, step)
 
     return denoise

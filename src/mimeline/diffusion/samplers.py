@@ -71,9 +71,8 @@ def dpmpp_2m(
     for i, step in enumerate(steps[:-1]):
         clean = denoise(x, step.expand(len(x)))
         width = levels[i + 1] - levels[i]
-        slope = clean
-        # First order at the start and before the end, where a second difference adds only error.
-        if before is not None and i + 2 < len(steps):
+        slope = clean  # of first order, where there is no call before
+        if before is not None:
             slope = clean + (clean - before) * (width / (2 * width_before))
         x = sigma[i + 1] / sigma[i] * x - signal[i + 1] * math.expm1(-width) * slope
         before, width_before = clean, width

@@ -1,9 +1,10 @@
 """How well generated motion follows the timelines that were asked for, and how natural it is."""
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
+from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -14,10 +15,16 @@ from mimeline import tables
 from mimeline.annotation.annotator import Annotator
 from mimeline.annotation.region_model import read_models
 from mimeline.annotation.runs import run_starts
-from mimeline.annotation.scores import bootstrap, confusions
+from mimeline.annotation.scores import confusions, interval, resampled
 from mimeline.annotation.thresholds import Limits
 from mimeline.dataset.windows import timelines
-from mimeline.evaluation.frechet import differences, motion_distances
+from mimeline.evaluation.motion_scores import (
+    Moments,
+    alignment_draws,
+    from_zero,
+    liveliness_draws,
+    motion_draws,
+)
 from mimeline.generation.request import Request
 from mimeline.generation.timeline import Sampling, generate
 from mimeline.training import checkpoint as checkpoints
@@ -27,6 +34,7 @@ log = logging.getLogger(__name__)
 
 LEAST_UNSEEN = 4  # fewer clips kept out of training say little: then training clips are added
 MODEL = "timeline"
+Spread = Callable[[np.ndarray], tuple[float, float, float]]  # draws → value, low, high
 
 
 def evaluate_timeline(
@@ -49,9 +57,8 @@ def evaluate_timeline(
     unconditional: told nothing; real: the clips themselves) and generated (`motion` of the variant
     request, under the ids of the clips whose timelines were asked for). tas is the mean, over the
     regions of which an action was asked, of the macro-F1 of request and annotation (Ma et al.
-    2025, 4.2), its interval by resampling clips. Fréchet distances are to the real clips of the
-    requests; those of variant real are the floor, from as many other real clips. velocity is the
-    mean size of a frame's change, var the mean variance, over channels.
+    2025, 4.2). Distances and ratios are to the real clips of the requests; those of variant real
+    are the floor, from other real clips, as many where there are. A row's n is its number of clips.
 
     annotate: closed, gaze_deg, head_deg, min_frames; resamples: of clips, behind each interval;
     options: the keys of the sampling's config section; threads: of torch. With an empty
@@ -65,6 +72,8 @@ def evaluate_timeline(
         for table, path in ((tables.METRICS, metrics), (tables.MOTION, generated)):
             tables.write(table, tables.empty(table), path, reason=why)
         return
+    if len(ids) < options["timelines"]:
+        log.warning("%d timelines of the %d wanted: no more clips", len(ids), options["timelines"])
     motion = tables.read_all(tables.MOTION, motions)
     channels = list(checkpoints.load(checkpoint).normaliser.channels)
     truth = marked[marked["clip_id"].isin(ids)].reset_index(drop=True)
@@ -75,33 +84,45 @@ def evaluate_timeline(
         "unconditional": [np.full_like(t, UNKNOWN) for t in asked.values()],
     }
     sampling = Sampling(**{f.name: options[f.name] for f in fields(Sampling)})
-    real = clip_values(motion, ids, channels)
-    elsewhere = clip_values(motion, others, channels)
     named = tables.read(tables.LABELS, labels)
     annotator = Annotator(read_models(segment_models), named, Limits(**annotate))
+    weights = resampled(len(ids), resamples, rng)
     rows: list[tuple] = []
 
-    def note(variant: str, values: Mapping[str, tuple | float]) -> None:
-        for metric, value in values.items():
-            spread = value if isinstance(value, tuple) else (value, None, None)
-            rows.append((MODEL, variant, part, metric, *spread, len(ids), options["seed"]))
+    def note(variant: str, n: int, draws: Mapping[str, np.ndarray], spread: Spread) -> None:
+        spreads = {metric: spread(own) for metric, own in draws.items()}
+        known = {metric: own for metric, own in spreads.items() if np.isfinite(own[0])}
+        rows.extend((MODEL, variant, part, m, *own, n, options["seed"]) for m, own in known.items())
+        log.info("%s: %s", variant, ", ".join(f"{m} {own[0]:.4g}" for m, own in known.items()))
 
-    if real:
-        note("real", liveliness(real))
-    if real and elsewhere:
-        note("real", motion_distances(elsewhere, real))
+    def note_alignment(variant: str, table: pd.DataFrame) -> None:
+        found = annotator.frames(table)
+        present = np.isin(ids, found["clip_id"].unique().tolist())  # (n_clips,)
+        draws = alignment_draws(confusions(truth, found), weights[:, present])
+        note(variant, int(present.sum()), draws, interval)
+
+    own, elsewhere = (clip_values(motion, chosen, channels) for chosen in (ids, others))
+    real = Moments.of(own)
+    note_alignment("real", motion[motion["clip_id"].isin(ids)])
+    note("real", moving(own), liveliness_draws(real, weights), from_zero)
+    if others:
+        apart = resampled(len(others), resamples, rng)
+        drawn = min(len(apart), len(weights))
+        floor = motion_draws(Moments.of(elsewhere), real, apart[:drawn], weights[:drawn])
+        note("real", moving(elsewhere), floor, from_zero)
     for variant, given in told.items():
         requests = [Request.both_sides(timeline) for timeline in given]
-        made = generate(checkpoint, requests, sampling, options["seed"])
-        table = motion_table(truth, made, channels)
+        started = perf_counter()
+        clips = generate(checkpoint, requests, sampling, options["seed"])
+        seconds = perf_counter() - started
+        log.info("%s: %.1f s, %.0f frames per second", variant, seconds, len(truth) / seconds)
+        table = motion_table(truth, clips, channels)
         if variant == "request":
             tables.write(tables.MOTION, table, generated)
-        scores = alignment(truth, annotator.frames(table), resamples, rng)
-        note(variant, scores)
-        note(variant, liveliness(made))
-        if real:
-            note(variant, motion_distances(made, real))
-        log.info("%s: %s", variant, ", ".join(f"{k} {v[0]:.3f}" for k, v in scores.items()))
+        made = Moments.of([[clip] for clip in clips])
+        note_alignment(variant, table)
+        note(variant, len(ids), liveliness_draws(made, weights), from_zero)
+        note(variant, len(ids), motion_draws(made, real, weights), from_zero)
     table = pd.DataFrame(rows, columns=tables.METRICS.schema.names)
     tables.write(tables.METRICS, table, metrics)
 
@@ -132,11 +153,12 @@ def choose(
 
 def clip_values(
     motion: pd.DataFrame, ids: Sequence[str], channels: Sequence[str]
-) -> list[np.ndarray]:
-    """The stretches of valid frames of these clips, (L, D) each, at least two frames long.
+) -> list[list[np.ndarray]]:
+    """Of each of these clips its stretches of valid frames, (L, D) each, in the order of ids.
 
-    A frame counts where every channel was measured. A clip that lacks a channel altogether is left
-    out, since a Fréchet distance needs them all: the log says how many.
+    A frame counts where every channel was measured. A clip that lacks a channel altogether counts
+    nothing, since a Fréchet distance needs them all: the log says how many. What counts nothing is
+    one empty stretch.
     """
     motion = motion[motion["clip_id"].isin(ids) & motion["valid"].astype(bool)]
     measured = motion[list(channels)].notna()
@@ -149,8 +171,18 @@ def clip_values(
         )
     frames = motion[measured.all(axis=1)]
     values = frames[list(channels)].to_numpy(np.float64)
-    pieces = np.split(values, run_starts(frames)[1:])
-    return [piece for piece in pieces if len(piece) > 1]
+    starts = run_starts(frames)
+    stretches = np.split(values, starts[1:]) if len(starts) else []
+    found: dict[str, list[np.ndarray]] = {}
+    for clip, stretch in zip(frames["clip_id"].to_numpy()[starts], stretches, strict=True):
+        found.setdefault(clip, []).append(stretch)
+    nothing = np.zeros((0, len(channels)))
+    return [found.get(clip, [nothing]) for clip in ids]
+
+
+def moving(clips: Sequence[Sequence[np.ndarray]]) -> int:
+    """How many of the clips of `clip_values` count."""
+    return sum(any(len(stretch) for stretch in clip) for clip in clips)
 
 
 def motion_table(
@@ -162,23 +194,3 @@ def motion_table(
     values = pd.DataFrame(np.concatenate(made), columns=list(channels))
     table = pd.concat([frames[["clip_id", "frame"]], values], axis=1).assign(**facts, **absent)
     return table[tables.MOTION.schema.names]
-
-
-def alignment(
-    truth: pd.DataFrame, annotated: pd.DataFrame, resamples: int, rng: np.random.Generator
-) -> dict[str, tuple[float, float, float]]:
-    """tas and tas_<region>: value and 95 % interval over clips.
-
-    truth, annotated: `frames` tables. The resampled clips are the same for every region.
-    """
-    scores = bootstrap(confusions(truth, annotated), resamples, rng)
-    return {"tas" if name == "mean" else f"tas_{name}": score for name, score in scores.items()}
-
-
-def liveliness(clips: Sequence[np.ndarray]) -> dict[str, float]:
-    """var: mean variance, velocity: mean size of a frame's change; clips (L, D), channel units."""
-    frames = np.concatenate(clips)
-    return {
-        "var": float(frames.var(axis=0).mean()),
-        "velocity": float(np.abs(differences(clips)).mean()),
-    }

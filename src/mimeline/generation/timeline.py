@@ -1,5 +1,6 @@
 """Motion that follows a timeline."""
 
+import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,16 +9,23 @@ from typing import Literal
 import numpy as np
 import torch
 from torch import Tensor
+from torch.nn.utils.rnn import pad_sequence
 
-from mimeline.diffusion.guidance import Condition, Listen, guided, weighted
+from mimeline.diffusion.guidance import Condition, Listen, between, guided
 from mimeline.diffusion.samplers import Denoiser, sample
+from mimeline.generation import windows
 from mimeline.generation.request import Request
+from mimeline.generation.sides import two_sided
 from mimeline.generation.windows import windowed
+from mimeline.models.divisions import parts
 from mimeline.models.timeline import TimelineModel
+from mimeline.timeline.timeline import SIDES
 from mimeline.training.checkpoint import load
-from mimeline.vocabulary import ACTIONS, CONTROL_REGIONS, UNKNOWN
+from mimeline.vocabulary import ACTIONS, UNKNOWN
 
-FRAMES = 2**13  # that are denoised at once, windows and passes of guidance counted: bounds memory
+log = logging.getLogger(__name__)
+
+FRAMES = windows.FRAMES // 4  # of a batch: with windows, sides and guidance about all at once
 
 
 @dataclass(frozen=True)
@@ -25,11 +33,11 @@ class Sampling:
     """How a model is asked for motion.
 
     sampler: a name of SAMPLERS. sampler_steps: calls of the denoiser. guidance: scale of
-    classifier-free guidance, 1 for none. region_guidance: scales by control region; where there are
-    some, each region is told and guided by itself, those not named at `guidance`.
-    guidance_interval: shares of the noise schedule between which guidance is on. overlap: share of
-    a window that it has in common with the next, where a timeline is longer than the windows that
-    the model was trained on. precision: of the network's arithmetic.
+    classifier-free guidance, 1 for none. region_guidance: scales by control region, of those that
+    weigh more or less than `guidance`. guidance_interval: shares of the noise schedule between
+    which guidance is on. overlap: share of a window that it has in common with the next, where a
+    timeline is longer than the windows that the model was trained on. precision: of the network's
+    arithmetic.
     """
 
     sampler: str
@@ -47,9 +55,12 @@ def generate(
     """Motion for each request, (L, D) float32 in channel units, columns as in the checkpoint.
 
     Values are held within the range that training has seen. A request's motion depends on the seed
-    and its place among the requests, not on the others. Raises BadCheckpoint as `load` does.
+    and its place among the requests, not on the others. What is asked of a region that the model
+    does not move is left out, and the log says so. Raises BadCheckpoint as `load` does.
     """
     trained = load(checkpoint)
+    if lost := unheard(requests, trained.normaliser.channels):
+        log.warning("the model does not move what %s would: left out", ", ".join(lost))
     model = trained.model.to(getattr(torch, sampling.precision))
     window = trained.train["window"]
     made: dict[int, np.ndarray] = {}
@@ -76,19 +87,61 @@ def sampled(
     """
     lengths = [len(request) for request in requests]
     valid = torch.arange(max(lengths)) < torch.tensor(lengths)[:, None]  # (B, L)
-    left = padded([request.left for request in requests])  # (B, L, 16)
-    right = padded([request.right for request in requests])  # (B, L, 16)
+    deaf = deaf_to(model.channels)  # (16,)
+    left, right = (
+        padded([getattr(request, side) for request in requests]).masked_fill(deaf, UNKNOWN)
+        for side in SIDES
+    )  # (B, L, 16) each
     noise = Noise(lengths, len(model.channels), seeds)
     listen = windowed(model.listen, window, round(sampling.overlap * window))
-    denoise = guided(
-        two_sided(listen, model.channels),
-        [(*told, valid) for told in tellings(left, right, sampling.region_guidance)],
-        (torch.full_like(left, UNKNOWN), torch.full_like(right, UNKNOWN), valid),
-        scales(sampling),
-        steps_between(sampling.guidance_interval, len(model.schedule)),
-    )
+    listen = two_sided(listen, model.channels)
+    denoise = obeying(listen, (left, right, valid), sampling, len(model.schedule))
     made = sample(sampling.sampler, denoise, noise(), model.schedule, sampling.sampler_steps, noise)
     return [own[:length] for own, length in zip(made, lengths, strict=True)]
+
+
+def obeying(listen: Listen, told: Condition, sampling: Sampling, steps: int) -> Denoiser:
+    """The denoiser null + g (told − null) + Σ (g_r − g) (told of r alone − null), r a region.
+
+    told: left, right (B, L, 16) and valid (B, L). g, g_r: the scales of guidance and of
+    region_guidance; where no region has one, this is Ho & Salimans 2022, equation 6. A sum over
+    regions each told alone (Liu et al. 2022, equation 11) would not know how they go together.
+    steps: of the noise schedule. Outside the interval the denoiser is simply told
+    (Kynkäänniemi et al. 2024, equation 6).
+    """
+    left, right, valid = told
+    scale, apart = sampling.guidance, sampling.region_guidance
+    conditions = [told, *((only(r, left), only(r, right), valid) for r in apart)]
+    null = (torch.full_like(left, UNKNOWN), torch.full_like(right, UNKNOWN), valid)
+    scales = [scale, *(own - scale for own in apart.values())]
+    strong = guided(listen, conditions, null, scales)
+    if tuple(sampling.guidance_interval) == (0, 1):
+        return strong
+    first, last = (round(share * (steps - 1)) for share in sampling.guidance_interval)
+    return between(first, last, strong, listen(*told))
+
+
+def only(region: str, timelines: Tensor) -> Tensor:
+    """Timelines (B, L, 16) that tell of a control region and of no other."""
+    others = torch.tensor([action.control_region != region for action in ACTIONS.values()])
+    return timelines.masked_fill(others, UNKNOWN)
+
+
+def deaf_to(channels: Sequence[str]) -> Tensor:
+    """(16,) bool: the actions of which a model of these channels can have learnt nothing.
+
+    They are those of a region without a channel: told of them, it would do anything.
+    """
+    moved = parts(channels, "regions")
+    return torch.tensor([action.control_region not in moved for action in ACTIONS.values()])
+
+
+def unheard(requests: Sequence[Request], channels: Sequence[str]) -> list[str]:
+    """The actions that requests ask for in vain, of a model of these channels."""
+    asked = torch.zeros(len(ACTIONS), dtype=torch.bool)
+    for request in requests:
+        asked |= torch.from_numpy((np.maximum(request.left, request.right) == 1).any(axis=0))
+    return [action for action, lost in zip(ACTIONS, asked & deaf_to(channels), strict=True) if lost]
 
 
 class Noise:
@@ -106,54 +159,13 @@ class Noise:
             torch.randn(shape, generator=generator)
             for shape, generator in zip(self.shapes, self.generators, strict=True)
         ]
-        return torch.nn.utils.rnn.pad_sequence(drawn, batch_first=True)  # (B, L, D)
-
-
-def two_sided(listen: Listen, channels: Sequence[str]) -> Listen:
-    """A model that listens to a timeline for each half of the face, (left, right, valid).
-
-    A sided channel follows its half's, one without a side the mean of what both make of it. The
-    halves are denoised together, so that they agree on all that is not told apart.
-    """
-    share = torch.tensor([_left_share(name) for name in channels])  # (D,)
-
-    def listen_both(left: Tensor, right: Tensor, valid: Tensor) -> Denoiser:
-        if torch.equal(left, right):
-            return listen(left, valid)
-        return weighted(listen, [(left, valid), (right, valid)], [share, 1 - share])
-
-    return listen_both
-
-
-def tellings(left: Tensor, right: Tensor, apart: Mapping[str, float]) -> Iterator[Condition]:
-    """(left, right) with all that is asked; where regions are guided apart, region by region."""
-    if not apart:
-        yield left, right
-        return
-    regions = [action.control_region for action in ACTIONS.values()]
-    for region in CONTROL_REGIONS:
-        others = torch.tensor([own != region for own in regions])  # (16,)
-        yield left.masked_fill(others, UNKNOWN), right.masked_fill(others, UNKNOWN)
-
-
-def scales(sampling: Sampling) -> list[float]:
-    """The scale of each of the `tellings`."""
-    if not sampling.region_guidance:
-        return [sampling.guidance]
-    return [sampling.region_guidance.get(r, sampling.guidance) for r in CONTROL_REGIONS]
-
-
-def steps_between(shares: tuple[float, float], steps: int) -> tuple[int, int] | None:
-    """The first and the last step of an interval given as shares of the schedule; None: all."""
-    if tuple(shares) == (0, 1):
-        return None
-    return tuple(round(share * (steps - 1)) for share in shares)
+        return pad_sequence(drawn, batch_first=True)  # (B, L, D)
 
 
 def padded(timelines: Sequence[np.ndarray]) -> Tensor:
     """Timelines (L, 16) as (B, longest L, 16), unknown after their ends."""
-    parts = [torch.from_numpy(np.asarray(timeline, np.float32)) for timeline in timelines]
-    return torch.nn.utils.rnn.pad_sequence(parts, batch_first=True, padding_value=UNKNOWN)
+    parts = [torch.from_numpy(timeline) for timeline in timelines]
+    return pad_sequence(parts, batch_first=True, padding_value=UNKNOWN)
 
 
 def batches(lengths: Sequence[int]) -> Iterator[list[int]]:
@@ -166,9 +178,3 @@ def batches(lengths: Sequence[int]) -> Iterator[list[int]]:
         batch.append(i)
     if batch:
         yield batch
-
-
-def _left_share(channel: str) -> float:
-    if channel.endswith("Left"):
-        return 1.0
-    return 0.0 if channel.endswith("Right") else 0.5

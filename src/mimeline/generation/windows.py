@@ -6,11 +6,13 @@ from torch import Tensor
 from mimeline.diffusion.guidance import Listen
 from mimeline.diffusion.samplers import Denoiser
 
+FRAMES = 2**14  # of windows that are denoised at once: bounds memory
+
 
 def windowed(listen: Listen, window: int, overlap: int) -> Listen:
     """A model that listens to whole sequences, and denoises them in windows.
 
-    At each diffusion step all windows are denoised in one batch and their predictions are faded
+    At each diffusion step the windows are denoised side by side and their predictions are faded
     into each other, so that the next step starts from one sequence (Bar-Tal et al. 2023, equation
     5): there is no seam to hide afterwards.
 
@@ -22,40 +24,59 @@ def windowed(listen: Listen, window: int, overlap: int) -> Listen:
     def listen_long(*condition: Tensor) -> Denoiser:
         valid = condition[-1]  # (B, L)
         width = min(window, valid.shape[1])
-        starts = [window_starts(int(n), width, overlap) for n in last_frames(valid)]
-        sequence = torch.tensor([i for i, own in enumerate(starts) for _ in own])  # (N,)
-        frame = torch.tensor([s for own in starts for s in own])[:, None] + torch.arange(width)
-        at = (sequence[:, None].to(valid.device), frame.to(valid.device))  # (N, width)
-        told = listen(*(part[at] for part in condition))
-        weight = fade(width, overlap).to(valid.device).expand(len(sequence), width)
-        total = torch.zeros(valid.shape, device=valid.device).index_put(at, weight, accumulate=True)
+        common = min(overlap, width - 1)
+        row, frame = windows(last_frames(valid), width, common)  # (N, 1), (N, width)
+        own = fade(width, common).expand(frame.shape)  # (N, width)
+        total = torch.zeros(valid.shape).index_put((row, frame), own, accumulate=True)
+        share = (own / total[row, frame])[..., None]  # (N, width, 1), 1 in all at each frame
+        groups = torch.arange(len(row)).split(max(1, FRAMES // width))
+
+        def hear(group: Tensor) -> Denoiser:
+            return listen(*(part[row[group], frame[group]] for part in condition))
+
+        heard = hear(groups[0]) if len(groups) == 1 else None  # else it would all lie in memory
 
         def denoise(noisy: Tensor, step: Tensor) -> Tensor:
-            clean = told(noisy[at], step[at[0][:, 0]])  # (N, width, D)
-            share = (weight / total[at])[..., None].to(noisy.dtype)  # (N, width, 1)
-            return torch.zeros_like(noisy).index_put(at, share * clean, accumulate=True)
+            blended = torch.zeros_like(noisy)  # (B, L, D)
+            for group in groups:
+                at = row[group], frame[group]
+                clean = (heard or hear(group))(noisy[at], step[at[0][:, 0]])  # (n, width, D)
+                blended.index_put_(at, share[group] * clean, accumulate=True)
+            return blended
 
         return denoise
 
     return listen_long
 
 
-def window_starts(length: int, window: int, overlap: int) -> list[int]:
-    """First frames of as few evenly spread windows as cover the length and overlap so far."""
-    if length <= window:
-        return [0]
-    step = max(window - overlap, 1)
-    count = -(-(length - window) // step) + 1
-    return [round(i * (length - window) / (count - 1)) for i in range(count)]
+def windows(lengths: Tensor, width: int, overlap: int) -> tuple[Tensor, Tensor]:
+    """The windows of sequences (B,): which sequence (N, 1), and which of its frames (N, width)."""
+    starts = [window_starts(length, width, overlap) for length in lengths.tolist()]
+    row = torch.tensor([i for i, own in enumerate(starts) for _ in own])
+    first = torch.tensor([start for own in starts for start in own])
+    return row[:, None], first[:, None] + torch.arange(width)
 
 
-def fade(window: int, overlap: int) -> Tensor:
-    """(window,) weights that rise over the first frames of an overlap and fall over the last."""
-    ramp = torch.arange(1, window + 1).clamp(max=max(overlap, 1))
-    return torch.minimum(ramp, ramp.flip(0)).float()
+def window_starts(length: int, width: int, overlap: int) -> list[int]:
+    """First frames of the fewest windows that cover the length and overlap so far, spread evenly.
+
+    A sequence that is shorter than the window has one.
+    """
+    beyond = max(length - width, 0)  # frames behind the first window
+    more = -(-beyond // (width - overlap))  # windows behind the first
+    return [i * beyond // max(more, 1) for i in range(more + 1)]
+
+
+def fade(width: int, overlap: int) -> Tensor:
+    """(width,) weights that rise over the first frames of an overlap and fall over the last.
+
+    They rise with the square: near its border a window knows the least of what is around a frame.
+    """
+    ramp = torch.arange(1, width + 1).clamp(max=max(overlap, 1))
+    return torch.minimum(ramp, ramp.flip(0)).square().float()
 
 
 def last_frames(valid: Tensor) -> Tensor:
     """(B,) length of each sequence up to its last valid frame, at least 1; valid (B, L) bool."""
-    frame = torch.arange(1, valid.shape[1] + 1, device=valid.device)
+    frame = torch.arange(1, valid.shape[1] + 1)
     return (valid * frame).amax(dim=1).clamp(min=1)

@@ -11,6 +11,7 @@ from torch import Tensor, nn
 from mimeline.diffusion.samplers import Denoiser
 from mimeline.diffusion.schedule import SCHEDULES
 from mimeline.models.divisions import Division, parts, whole
+from mimeline.models.jitter import Jitter
 from mimeline.models.layers import JointLayer, Turns, rotary_angles, step_embedding
 from mimeline.vocabulary import ACTIONS, UNKNOWN
 
@@ -96,6 +97,8 @@ class TimelineModel(nn.Module):
 
         self.embed_step = nn.Sequential(nn.Linear(width, width), nn.SiLU(), nn.Linear(width, width))
         self.keep = nn.Linear(width, len(self.channels))
+        columns = {name: part.columns for name, part in self.parts.items()}
+        self.jitter = Jitter(len(self.channels), columns)
         self.base = network(len(ACTIONS), base_layers) if base_layers else None
         sources = whole(channels) if base_layers else self.parts  # of motion tokens
         self.embed_motion = nn.ModuleDict(
@@ -175,12 +178,12 @@ class TimelineModel(nn.Module):
                 own = branches[name](own, level) if branches else own  # (B, L, d)
                 made = self.outputs[name](self.norms[name](own))  # (B, L, D of the part)
                 motion[..., part.columns] = made.to(noisy.dtype)
-            # A channel that is mostly jitter is best told as its noisy value, corrected (Salimans &
-            # Ho 2022, section 4); a smooth one as what the layers made of all. Each learns its
-            # mixture.
+            # Little noise is best told as the noisy value, corrected (Salimans & Ho 2022, section
+            # 4), much noise as what the layers made of all. Each channel learns its mixture.
             signal, noise = self.schedule.at(step, noisy)  # (B, 1, 1) each
             keep = self.keep(level)[:, None].sigmoid().to(noisy.dtype)  # (B, 1, D)
-            return keep * (signal * noisy + noise * motion) + (1 - keep) * motion
+            motion = keep * (signal * noisy + noise * motion) + (1 - keep) * motion
+            return self.jitter(noisy, motion, signal, noise)
 
         return denoise
 

@@ -88,11 +88,15 @@ def verdicts(claim: Claim, compared: Mapping[str, Compared]) -> dict[str, Verdic
     for region, own in compared.items():
         if region in claim.better and region in claim.worse:
             difference = own.difference(claim.better[region], claim.worse[region])
-            found[region] = _verdict(difference, claim.alike)
+            found[region] = verdict(difference, claim.alike)
     return found
 
 
-def _verdict(difference: Estimate, alike: bool) -> Verdict:
+def verdict(difference: Estimate, alike: bool = False, little: float = LITTLE) -> Verdict:
+    """Of a difference that is above 0 in the paper, or, where alike, next to nothing.
+
+    little: what makes no difference in practice.
+    """
     if alike:
         if difference.low >= -ALIKE and difference.high <= ALIKE:
             return Verdict(SAME, "same", difference)
@@ -101,7 +105,7 @@ def _verdict(difference: Estimate, alike: bool) -> Verdict:
         return Verdict(APART, "other", difference)
     if difference.tie:
         return Verdict(TIE, "tie", difference)
-    if abs(difference.value) < LITTLE:
+    if abs(difference.value) < little:
         return Verdict(HARDLY, "tie", difference)
     words, kind = (SAME, "same") if difference.value > 0 else (OTHER, "other")
     return Verdict(words, kind, difference)

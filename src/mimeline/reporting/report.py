@@ -18,6 +18,7 @@ from mimeline.reporting.evidence import evidence
 from mimeline.reporting.funnel import STATUSES, funnel
 from mimeline.reporting.generated import pictures
 from mimeline.reporting.labelling import labelling as spent
+from mimeline.reporting.motion_scores import VARIANT_WORDS
 from mimeline.reporting.page import write_page
 from mimeline.reporting.pairs import pairs
 from mimeline.reporting.scores import scores
@@ -27,7 +28,7 @@ from mimeline.reporting.stand_in import stand_in
 from mimeline.reporting.stills import stills
 from mimeline.reporting.summary import figures, lead, missing
 from mimeline.reporting.timelines import timelines
-from mimeline.reporting.training import VARIANT_WORDS, model
+from mimeline.reporting.training import model
 from mimeline.vocabulary import ACTIONS, TRACKS, track_actions
 
 log = logging.getLogger(__name__)

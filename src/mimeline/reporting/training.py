@@ -10,6 +10,7 @@ from mimeline import tables
 from mimeline.reporting import words
 from mimeline.reporting.dots import DotChart, dot_chart
 from mimeline.reporting.drawing import Scale, curve, ticks
+from mimeline.reporting.motion_scores import REAL, MotionTable, motion_table
 
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, FOOT = 720, 250, 56, 92, 12, 34
 PREFIX = "tas_"
@@ -23,19 +24,7 @@ REGIONS = {
     "head": "head",
 }
 VARIANTS = ("request", "empty", "unconditional")
-VARIANT_WORDS = {
-    "request": "told the timeline",
-    "empty": "told that nothing happens",
-    "unconditional": "told nothing",
-    "real": "the clips themselves",
-}
-METRIC_WORDS = {
-    "fid_fm": ("FID, motion", "Fréchet distance of the frames; lower is nearer to real"),
-    "fid_delta_fm": ("FID, velocity", "the same of their differences; lower is nearer"),
-    "snd": ("SND", "the sum of both distances; lower is nearer"),
-    "var": ("variance", "mean over channels; near the real value is better"),
-    "velocity": ("velocity", "mean size of a frame's change; near the real value is better"),
-}
+PAPER_TIMELINES = 100  # Ma et al. 2025, 4.2
 
 
 @dataclass(frozen=True)
@@ -66,8 +55,8 @@ class Curve:
 class Model:
     """What the page says about a model.
 
-    reason: why there is none; metrics_reason: why it has no scores. seen: whether clips of the
-    training are among those asked for. yardstick: whether distances of real clips are known.
+    reason: why there is none; metrics_reason: why it has no scores. tas: by variant. seen: whether
+    clips of the training are among those asked for; few: whether they are fewer than the paper's.
     """
 
     name: str
@@ -79,9 +68,8 @@ class Model:
     tas: dict[str, float]
     part: str
     seen: bool
-    yardstick: bool
-    variants: list[str]
-    table: list[tuple[str, str, list[str]]]
+    few: bool
+    table: MotionTable | None
 
 
 def model(name: str, checkpoint: str | Path, metrics: str | Path) -> Model:
@@ -93,7 +81,7 @@ def model(name: str, checkpoint: str | Path, metrics: str | Path) -> Model:
     why = (tables.reason(metrics) or "nothing was scored") if rows.empty else ""
     tas = rows[rows["metric"] == "tas"].set_index("variant")["value"].dropna().to_dict()
     aligned = rows.assign(metric=rows["metric"].replace("tas", PREFIX))
-    variants = [v for v in (*VARIANTS, "real") if v in set(rows["variant"])]
+    variants = [v for v in (*VARIANTS, REAL) if v in set(rows["variant"])]
     return Model(
         name=name,
         reason=reason,
@@ -104,9 +92,8 @@ def model(name: str, checkpoint: str | Path, metrics: str | Path) -> Model:
         tas={variant: float(value) for variant, value in tas.items()},
         part=_part(rows),
         seen="train" in "+".join(rows["part"].unique()).split("+"),
-        yardstick=bool(((rows["variant"] == "real") & (rows["metric"] == "fid_fm")).any()),
-        variants=[VARIANT_WORDS.get(v, v) for v in variants],
-        table=_table(rows, variants),
+        few=bool((rows["n"] < PAPER_TIMELINES).any()),
+        table=motion_table(rows, variants),
     )
 
 
@@ -116,23 +103,9 @@ def _part(rows: pd.DataFrame) -> str:
         return ""
     parts = [names.get(part, part) for part in str(rows["part"].iloc[0]).split("+")]
     return (
-        words.clips(int(rows["n"].iloc[0]))
+        words.clips(int(rows.loc[rows["variant"] != REAL, "n"].max()))
         + f" of the {words.listing(parts)} part{'s' if len(parts) > 1 else ''}"
     )
-
-
-def _table(rows: pd.DataFrame, variants: list[str]) -> list[tuple[str, str, list[str]]]:
-    rest = rows[~rows["metric"].str.startswith("tas")]
-    values = {(m.metric, m.variant): m.value for m in rest.itertuples()}
-    known = [m for m in METRIC_WORDS if m in set(rest["metric"])]
-    other = [m for m in dict.fromkeys(rest["metric"]) if m not in METRIC_WORDS]
-    return [
-        (
-            *METRIC_WORDS.get(metric, (metric.replace("_", " "), "")),
-            [words.number(values.get((metric, variant))) for variant in variants],
-        )
-        for metric in [*known, *other]
-    ]
 
 
 def _facts(losses: pd.DataFrame) -> list[str]:

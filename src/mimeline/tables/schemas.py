@@ -369,6 +369,7 @@ LOSSES = declare(
         "loss": (pa.float64(), False, None),
         "val_loss": _REAL,
         "learning_rate": (pa.float64(), False, None),
+        "gradient_norm": _REAL,
         "seconds": (pa.float64(), False, None),
     },
     order=["step"],

@@ -190,12 +190,17 @@ def frowning(events: list[Event], share: float, rng: np.random.Generator) -> lis
     What else the brow does at that time gives way.
     """
     low, high, _ = difficulty.AMPLITUDE["BrowDown"][-1]
-    for smile in [event for event in events if event.action in SMILES]:
+    frowns = []
+    for smile in (event for event in events if event.action in SMILES):
         drawn, amplitude = rng.random(), float(rng.uniform(low, high))
         if drawn < share:
-            events = [e for e in events if ACTIONS[e.action].track != "brow" or not e.meets(smile)]
-            events.append(replace(smile, action="BrowDown", amplitude=amplitude))
-    return events
+            frowns.append(replace(smile, action="BrowDown", amplitude=amplitude))
+    kept = [
+        event
+        for event in events
+        if ACTIONS[event.action].track != "brow" or not any(map(event.meets, frowns))
+    ]
+    return kept + frowns
 
 
 def with_extra(events: list[Event], extra: tuple[Event, ...]) -> list[Event]:

@@ -2,8 +2,9 @@
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
+from fractions import Fraction
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -15,21 +16,22 @@ from safetensors import SafetensorError
 from torch import nn
 
 from mimeline import __version__, tables
+from mimeline.atomic import whole
 from mimeline.dataset.windows import Normaliser
 from mimeline.errors import MimelineError
 from mimeline.training.families import FAMILIES
 from mimeline.training.loop import Run
 
-FORMAT = 1  # of the folder; rises when what lies in it changes its meaning
+FORMAT = 2  # of the folder; rises when what lies in it changes its meaning
 WEIGHTS, CONFIG, CHANNELS = "model.safetensors", "config.json", "channels.json"
 PROVENANCE, LOSSES = "provenance.json", "log.parquet"
-PACKAGES = ("numpy", "pandas", "pyarrow", "safetensors", "torch")
+PACKAGES = ("accelerate", "numpy", "pandas", "pyarrow", "safetensors", "torch")
 NUMBERS = ("mean", "std", "low", "high")  # of a channel, in its unit
 AVERAGED, RAW = "ema.", "raw."
 
 
 class BadCheckpoint(MimelineError):
-    """A checkpoint is missing, damaged or of another version."""
+    """A checkpoint is missing, damaged, of another version or of other channels."""
 
 
 class EmptyCheckpoint(BadCheckpoint):
@@ -41,13 +43,14 @@ class Trained:
     """A model read from a checkpoint, ready to predict.
 
     family: its name in FAMILIES. normaliser: its channels in order, with mean and std. train: the
-    config keys that it was trained with.
+    config keys that it was trained with. fps: frames per second of most of its training clips.
     """
 
     family: str
     model: nn.Module
     normaliser: Normaliser
     train: dict[str, Any]
+    fps: Fraction
 
 
 def provenance(inputs: Iterable[str | Path], seed: int) -> dict[str, Any]:
@@ -68,23 +71,27 @@ def save(
     model: Mapping[str, Any],
     train: Mapping[str, Any],
     normaliser: Normaliser,
+    fps: Fraction,
     origin: Mapping[str, Any],
 ) -> None:
     """Write a finished training.
 
     model: the constructor's plain values but the channels, which the normaliser names. train: the
-    config keys. origin: from `provenance`.
+    config keys. fps: frames per second of the training clips. origin: from `provenance`.
     """
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     weights = {AVERAGED + name: value for name, value in run.average.state_dict().items()}
     weights |= {RAW + name: value for name, value in run.model.state_dict().items()}
-    config = {"format": FORMAT, "family": family, "model": dict(model), "train": dict(train)}
+    config = {"format": FORMAT, "mimeline": __version__, "family": family, "fps": str(fps)}
+    config |= {"model": dict(model), "train": dict(train)}
     channels = [
         {"name": name, **{key: float(getattr(normaliser, key)[i]) for key in NUMBERS}}
         for i, name in enumerate(normaliser.channels)
     ]
-    safetensors.torch.save_file(weights, folder / WEIGHTS)
+    content = safetensors.torch.save({name: value.contiguous() for name, value in weights.items()})
+    with whole(folder / WEIGHTS) as temporary:
+        temporary.write_bytes(content)  # unlike save_file's, a full disk is an OSError
     _write_json(folder / CONFIG, config)
     _write_json(folder / CHANNELS, {"channels": channels})
     _write_json(folder / PROVENANCE, origin)
@@ -114,11 +121,14 @@ def losses(folder: str | Path) -> pd.DataFrame:
     return tables.read(tables.LOSSES, Path(folder) / LOSSES)
 
 
-def load(folder: str | Path, averaged: bool = True) -> Trained:
+def load(
+    folder: str | Path, averaged: bool = True, channels: Collection[str] | None = None
+) -> Trained:
     """The model of a checkpoint, with its averaged or its last weights.
 
-    Raises EmptyCheckpoint where nothing was trained, BadCheckpoint where the folder is missing,
-    damaged or of another version.
+    channels: names of those that the caller needs it to make, in any order. Raises EmptyCheckpoint
+    where nothing was trained, BadCheckpoint where the folder is missing, damaged, of another
+    version or of other channels.
     """
     folder = Path(folder)
     if why := reason(folder):
@@ -128,15 +138,10 @@ def load(folder: str | Path, averaged: bool = True) -> Trained:
             expected="a trained model",
             remedy="Give it more data, then run the train stage again.",
         )
-    config, channels = _read_json(folder / CONFIG), _read_json(folder / CHANNELS)
-    if config.get("format") != FORMAT or config.get("family") not in FAMILIES:
-        raise _bad(
-            folder / CONFIG,
-            f"format {config.get('format')} of family {config.get('family')}",
-            f"format {FORMAT} of one of {', '.join(FAMILIES)}",
-        )
+    config, described = _read_json(folder / CONFIG), _read_json(folder / CHANNELS)
+    _check_version(folder / CONFIG, config)
     try:
-        rows = channels["channels"]
+        rows = described["channels"]
         normaliser = Normaliser(
             tuple(row["name"] for row in rows),
             *(np.array([row[key] for row in rows], np.float64) for key in NUMBERS),
@@ -145,11 +150,49 @@ def load(folder: str | Path, averaged: bool = True) -> Trained:
         weights = safetensors.torch.load_file(folder / WEIGHTS)
         prefix = AVERAGED if averaged else RAW
         own = {k.removeprefix(prefix): v for k, v in weights.items() if k.startswith(prefix)}
+        if broken := [name for name, value in own.items() if not value.isfinite().all()]:
+            raise ValueError(f"weights that are no finite numbers in {', '.join(broken)}")
         model.load_state_dict(own)
-        train = dict(config["train"])
-    except (KeyError, TypeError, ValueError, RuntimeError, OSError, SafetensorError) as error:
+        train, fps = dict(config["train"]), Fraction(config["fps"])
+    except (
+        *(ArithmeticError, AttributeError, KeyError, OSError, RuntimeError, TypeError, ValueError),
+        SafetensorError,
+    ) as error:
         raise _bad(folder, str(error), f"{WEIGHTS} and {CHANNELS} that fit {CONFIG}") from error
-    return Trained(config["family"], model.eval().requires_grad_(False), normaliser, train)
+    if channels is not None:
+        _check_channels(folder / CHANNELS, set(normaliser.channels), set(channels))
+    return Trained(config["family"], model.eval().requires_grad_(False), normaliser, train, fps)
+
+
+def _check_version(file: Path, config: Mapping[str, Any]) -> None:
+    found, writer = config.get("format"), config.get("mimeline", "an unknown version")
+    if found == FORMAT and config.get("family") in FAMILIES:
+        return
+    later = isinstance(found, int) and found > FORMAT
+    raise BadCheckpoint(
+        file,
+        found=f"format {found} of family {config.get('family')}, written by mimeline {writer}",
+        expected=f"format {FORMAT} of one of {', '.join(FAMILIES)}, which mimeline {__version__} "
+        "reads",
+        remedy="Install that version or a later one, or delete the folder and train again."
+        if later
+        else "Delete the folder and run the train stage again, or install the version that "
+        "wrote it.",
+    )
+
+
+def _check_channels(file: Path, found: set[str], wanted: set[str]) -> None:
+    if found == wanted:
+        return
+    missing, extra = sorted(wanted - found), sorted(found - wanted)
+    said = [f"no {', '.join(missing)}"] if missing else []
+    said += [f"{', '.join(extra)}, which is not asked for"] if extra else []
+    raise BadCheckpoint(
+        file,
+        found="; ".join(said),
+        expected=f"the {len(wanted)} channels of the data",
+        remedy="Use a model that was trained on these channels, or train one on this data.",
+    )
 
 
 def _sha256(path: str | Path) -> str:

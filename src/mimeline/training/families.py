@@ -1,12 +1,10 @@
 """The families of models, by the name that config and checkpoints give them."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 from torch import nn
 
-from mimeline.dataset.windows import Clip
 from mimeline.models.timeline import TimelineModel
 from mimeline.training.loop import Run
 from mimeline.training.timeline import train_timeline
@@ -17,12 +15,13 @@ class Family:
     """What a family needs to be trained and read again.
 
     model: its class, whose constructor takes channels and the config keys in architecture.
-    train(model, training clips, validation clips, options) trains it.
+    train(model, training clips, validation clips, options, hardware, state, tensorboard) trains
+    it; it is found by its name in other processes.
     """
 
     model: type[nn.Module]
     architecture: tuple[str, ...]
-    train: Callable[[Any, Sequence[Clip], Sequence[Clip], Mapping[str, Any]], Run]
+    train: Callable[..., Run]
 
 
 FAMILIES: dict[str, Family] = {
@@ -35,6 +34,7 @@ FAMILIES: dict[str, Family] = {
             "branch_layers",
             "branches",
             "timeline_tokens",
+            "schedule",
             "diffusion_steps",
         ),
         train_timeline,

@@ -1,28 +1,26 @@
-"""The training loop: batch, loss, backward, clip, step, average, log."""
+"""The training loop: batch, loss, backward, clip, step, average, log, save."""
 
-import logging
 import math
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from pathlib import Path
 
 import pandas as pd
 import torch
 from torch import Tensor, nn
 
-from mimeline.dataset.windows import Batch
 from mimeline.errors import MimelineError
 from mimeline.training.average import Average
+from mimeline.training.hardware import Hardware
+from mimeline.training.journal import Journal
+from mimeline.training.lesson import Lesson
+from mimeline.training.state import State
 
-log = logging.getLogger(__name__)
-
-PROGRESS_S = 10.0  # seconds between two lines of progress
-LOGGED = 50  # rows of losses in a training
 WARMUP = 0.05  # share of the steps in which the learning rate rises
 
 
 class TrainingDiverged(MimelineError):
-    """The loss is not a finite number any more."""
+    """The loss or its gradient is not a finite number any more."""
 
 
 @dataclass(frozen=True)
@@ -44,64 +42,90 @@ def learning_rate(step: int, steps: int, peak: float) -> float:
 
 
 def fit(
-    model: nn.Module,
-    batches: Iterator[Batch],
-    loss: Callable[[nn.Module, Batch], Tensor],
-    validate: Callable[[nn.Module], float | None],
+    network: nn.Module,
+    lessons: Iterator[Lesson],
+    loss: Callable[[nn.Module, Lesson], Tensor],
+    held: Lesson | None,
+    generator: torch.Generator,
     *,
     steps: int,
     peak: float,
     clip_norm: float,
     ema: float,
+    save_every: int,
+    hardware: Hardware,
+    state: str | Path | None,
+    tensorboard: str | Path | None,
 ) -> Run:
-    """Train the model in place for so many steps of AdamW.
+    """Train the network in place for so many steps of AdamW, or for what is left of them.
 
-    loss(model, batch) is a scalar; validate(averaged model) a number for the log, or None. peak is
-    the largest learning rate, clip_norm the largest norm of a gradient, ema the decay of the
-    averaged weights. Raises TrainingDiverged, with the batch's clips, where the loss is not finite.
+    lessons: all that they draw at random comes from the generator when they are asked; every
+    process asks for the same ones and works on its part. loss(model, lesson) is a scalar, and those
+    of a lesson's parts add up to its own; on the held one it is the validation loss of the averaged
+    weights. peak: largest learning rate. clip_norm: largest norm of the gradient. ema: decay of the
+    averaged weights. state, tensorboard: folders of this training alone, for what resumes it,
+    written each save_every steps, and for its curves; None: not kept.
+
+    Raises TrainingDiverged, with the lesson's clips, where loss or gradient is not finite; NoRoom
+    where a disk is full.
     """
-    optimiser = torch.optim.AdamW(
-        model.parameters(), lr=peak, betas=(0.9, 0.99), weight_decay=1e-2, fused=True
+    accelerator = hardware.accelerator()
+    rank, processes, device = (
+        accelerator.process_index,
+        accelerator.num_processes,
+        accelerator.device,
     )
-    average = Average(model, ema)
-    every = max(1, steps // LOGGED)
-    rows, recent = [], []
-    started = said = time.monotonic()
-    model.train()
-    for step in range(steps):
-        batch = next(batches)
-        value = loss(model, batch)
-        if not torch.isfinite(value):
-            raise _diverged(step, value.item(), batch)
-        optimiser.zero_grad(set_to_none=True)
-        value.backward()
-        torch.nn.utils.clip_grad_norm_(model.parameters(), clip_norm)
-        rate = learning_rate(step, steps, peak)
+    network.to(device).train()
+    average = Average(network, ema)
+    optimiser = torch.optim.AdamW(
+        network.parameters(), lr=peak, betas=(0.9, 0.99), weight_decay=1e-2, fused=True
+    )
+    model, stepper = accelerator.prepare(network, optimiser)
+    check = held and held.part(0, 1, device)
+    journal = Journal(steps, None if rank else tensorboard)
+    saved = State(state, network, average, optimiser, accelerator.scaler, generator, journal)
+    for step in range(saved.resume() + 1, steps + 1):
+        lesson = next(lessons)
+        own = loss(model, lesson.part(rank, processes, device))
+        accelerator.backward(processes * own)  # gradients are averaged over the processes
+        norm = accelerator.clip_grad_norm_(network.parameters(), clip_norm)
+        total = accelerator.reduce(own.detach(), "sum").item()
+        if not math.isfinite(total) or not (norm.isfinite() or _too_large(accelerator.scaler)):
+            raise _diverged(step, total, norm.item(), lesson)
+        rate = learning_rate(step - 1, steps, peak)
         for group in optimiser.param_groups:
             group["lr"] = rate
-        optimiser.step()
-        average.update(model)
+        stepper.step()
+        stepper.zero_grad()
+        average.update(network)
 
-        recent.append(value.item())
-        now = time.monotonic()
-        if (step + 1) % every == 0 or step + 1 == steps:
-            checked, mean = validate(average.model), sum(recent) / len(recent)
-            rows.append((step + 1, mean, checked, rate, now - started))
-            recent = []
-        if now - said >= PROGRESS_S or step + 1 == steps:
-            left = (now - started) / (step + 1) * (steps - step - 1)
-            mean = sum(recent) / len(recent) if recent else rows[-1][1]
-            log.info("step %d of %d, mean loss %.4f, %.0f s left", step + 1, steps, mean, left)
-            said = now
-    columns = ["step", "loss", "val_loss", "learning_rate", "seconds"]
-    return Run(model.eval(), average.model, pd.DataFrame(rows, columns=columns))
+        if rank == 0:
+            journal.note(step, total, norm.item(), rate, lambda: _validate(average, loss, check))
+            if step % save_every == 0 or step == steps:
+                saved.save(step)
+    accelerator.unwrap_model(model, keep_fp32_wrapper=False)  # the network as it was
+    return Run(network.eval().cpu(), average.model.cpu(), journal.losses())
 
 
-def _diverged(step: int, value: float, batch: Batch) -> TrainingDiverged:
+@torch.no_grad()
+def _validate(average: Average, loss, held: Lesson | None) -> float | None:
+    return None if held is None else loss(average.model, held).item()
+
+
+def _too_large(scaler: torch.amp.GradScaler | None) -> bool:
+    """Whether a gradient is only too large for float16: its step is skipped, the next scaled less.
+
+    Below a scale of one the fault is not float16's.
+    """
+    return scaler is not None and scaler.get_scale() >= 1
+
+
+def _diverged(step: int, loss: float, norm: float, lesson: Lesson) -> TrainingDiverged:
+    found = f"a gradient of norm {norm}" if math.isfinite(loss) else f"a loss of {loss}"
     return TrainingDiverged(
-        ", ".join(sorted(set(batch.clip_ids))),
-        place=f"training step {step + 1}",
-        found=f"a loss of {value}",
-        expected="a finite loss",
+        ", ".join(sorted(set(lesson.clip_ids))),
+        place=f"training step {step}",
+        found=found,
+        expected="a finite number",
         remedy="Lower learning_rate, or look at the motion of these clips.",
     )

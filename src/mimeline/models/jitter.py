@@ -1,0 +1,54 @@
+"""What a frame has of its own: the part of motion that no neighbouring frame tells."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import torch
+from torch import Tensor, nn
+
+
+class Jitter(nn.Module):
+    """Frame-to-frame jitter as a Gaussian, white in time and correlated over the channels.
+
+    Layers that look at many frames find what is smooth; a tracker's jitter, which is not, they
+    could only copy. This tells what of a noisy frame is jitter in closed form, so that the layers
+    need not. parts: columns of the channels that may be correlated; others never are.
+    """
+
+    def __init__(self, channels: int, parts: Mapping[str, Sequence[int]]):
+        super().__init__()
+        self.parts = parts
+        self.register_buffer("basis", torch.eye(channels))  # (D, D) columns are eigenvectors
+        self.register_buffer("variance", torch.zeros(channels))  # (D,) of each of them
+
+    def measure(self, clips: Iterable[tuple[Tensor, Tensor]]) -> None:
+        """Set the Gaussian from clips: motion (L, D), measured (L, D) bool.
+
+        From second differences of neighbouring frames, in which even movement cancels: those of
+        white noise have six times its covariance. Where nothing can be measured there is none.
+        """
+        size = len(self.variance)
+        total = torch.zeros(size, size, dtype=torch.float64)
+        count = torch.zeros(size, size, dtype=torch.float64)
+        for motion, measured in clips:
+            known = (measured[2:] & measured[1:-1] & measured[:-2]).double()  # (L - 2, D)
+            bend = known * (motion[2:] - 2 * motion[1:-1] + motion[:-2]).double()  # (L - 2, D)
+            total += bend.T @ bend
+            count += known.T @ known
+        covariance = total / count.clamp(min=1) / 6  # (D, D)
+        for columns in self.parts.values():
+            block = torch.as_tensor(columns)[:, None], torch.as_tensor(columns)[None, :]
+            values, vectors = torch.linalg.eigh(covariance[block])
+            self.basis[block] = vectors.to(self.basis)
+            self.variance[columns] = values.clamp(min=0).to(self.variance)
+
+    def forward(self, noisy: Tensor, smooth: Tensor, signal: Tensor, noise: Tensor) -> Tensor:
+        """The mean of smooth + jitter, given noisy = signal (smooth + jitter) + noise eps.
+
+        smooth + signal C (signal² C + noise²)⁻¹ (noisy − signal smooth), with C the covariance of
+        the jitter (Wiener's filter; Bishop 2006, equation 2.116). noisy, smooth (B, L, D) · signal,
+        noise (B, 1, 1), of `Schedule`. Returns (B, L, D).
+        """
+        basis, variance = self.basis.to(noisy), self.variance.to(noisy)
+        gain = signal * variance / (signal**2 * variance + noise**2)  # (B, 1, D)
+        with torch.autocast(noisy.device.type, enabled=False):
+            return smooth + (gain * ((noisy - signal * smooth) @ basis)) @ basis.T

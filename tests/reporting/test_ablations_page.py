@@ -1,0 +1,197 @@
+import logging
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from mimeline import tables
+from mimeline.config.sections import TimelineModel
+from mimeline.evaluation.coupling import FOLLOWS, LAG
+from mimeline.evaluation.requests import as_frames, conflict, glances
+from mimeline.evaluation.variants import CONFLICT, GLANCES, OURS, SETS, UNSEEN, variants
+from mimeline.reporting.ablation_claims import DIVIDED, claims, judged, published
+from mimeline.reporting.ablation_pictures import telling
+from mimeline.reporting.ablation_scores import Study
+from mimeline.reporting.ablations import ablations
+from mimeline.reporting.claims import HARDLY, OTHER, SAME, TIE
+from mimeline.vocabulary import ACTIONS, CHANNELS, resource, track_actions
+
+CONFIGURED = TimelineModel().model_dump()
+WANTED = ["no-branch", "no-base"]
+SEEDS = (0,)
+CLIPS = {UNSEEN: 3, CONFLICT: 3, GLANCES: 24}
+
+
+def asked(name, rng) -> pd.DataFrame:
+    draw = {UNSEEN: glances, CONFLICT: conflict, GLANCES: glances}[name]
+    return as_frames(name, [draw(160, rng) for _ in range(CLIPS[name])], set(ACTIONS))
+
+
+def acted(frames, rng, follows=0.15) -> pd.DataFrame:
+    """Motion with gazes of any size, and a head that goes with them."""
+    values = {name: rng.uniform(0, 0.2, len(frames)) for name in CHANNELS}
+    for track, (gaze, head, _) in FOLLOWS.items():
+        on = frames[list(track_actions(track))].to_numpy(bool)
+        run = np.cumsum(np.diff(on.any(axis=1), prepend=False) & on.any(axis=1))
+        size = rng.uniform(0.2, 0.5, run.max() + 1)[run]
+        values[gaze] = size * (on[:, 0].astype(float) - on[:, 1])
+        values[head] = follows * np.roll(values[gaze], LAG) + rng.normal(0, 0.003, len(frames))
+    facts = {"valid": True, "confidence": np.nan, "tracker_loss": np.nan}
+    return frames[["clip_id", "frame"]].assign(**facts, **values)
+
+
+@pytest.fixture
+def page(tmp_path, caplog):
+    def page(absent=()):
+        rng = np.random.default_rng(3)
+        told = {name: asked(name, rng) for name in SETS}
+        paths = {name: tmp_path / f"{name}.parquet" for name in SETS}
+        for name, frames in told.items():
+            gone = tables.empty(tables.FRAMES) if name in absent else frames
+            why = "not measured: <gaze>" if name in absent else ""
+            tables.write(tables.FRAMES, gone, paths[name], why)
+        made, found = {}, {}
+        for variant in variants(CONFIGURED, WANTED):
+            for seed in SEEDS:
+                for name, frames in told.items():
+                    own = variant, seed, name
+                    made[own], found[own] = (tmp_path / f"{'-'.join(map(str, own))}{end}.parquet"
+                                             for end in ("", "-found"))  # fmt: skip
+                    if name in absent:
+                        tables.write(tables.MOTION, tables.empty(tables.MOTION), made[own], "none")
+                        tables.write(tables.FRAMES, tables.empty(tables.FRAMES), found[own], "none")
+                        continue
+                    law = 0.0 if variant == "no-base" else 0.15
+                    tables.write(tables.MOTION, acted(frames, rng, law), made[own])
+                    wrong = rng.random(len(frames)) < (0.5 if variant == "no-branch" else 0.02)
+                    seen = frames.assign(BrowUp=frames["BrowUp"] & ~wrong)
+                    tables.write(tables.FRAMES, seen, found[own])
+        real = pd.concat([told[UNSEEN], as_frames("other", [glances(160, rng)] * 20, set(ACTIONS))])
+        ids = sorted(real["clip_id"].unique())
+        parts = ["train" if name.startswith("other") else "test" for name in ids]
+        split = pd.DataFrame({"clip_id": ids, "part": parts, "group": ids})
+        tables.write(tables.FRAMES, real, tmp_path / "frames.parquet")
+        motion = acted(real.reset_index(drop=True), rng)
+        tables.write(tables.MOTION, motion, tmp_path / "motion.parquet")
+        tables.write(tables.SPLIT, split, tmp_path / "split.parquet")
+        tables.write(tables.CLIPS, tables.empty(tables.CLIPS), tmp_path / "clips.parquet")
+        with caplog.at_level(logging.INFO):
+            ablations(
+                asked=paths,
+                made=made,
+                found=found,
+                motions=[tmp_path / "motion.parquet"],
+                frames=[tmp_path / "frames.parquet"],
+                clips=[tmp_path / "clips.parquet"],
+                split=tmp_path / "split.parquet",
+                paper=resource("paper_ablations.csv"),
+                page=tmp_path / "index.html",
+                summary=tmp_path / "summary.parquet",
+                configured=CONFIGURED,
+                wanted=WANTED,
+                side="left",
+                unseen=3,
+                choice_seed=0,
+                resamples=8,
+                seed=0,
+                address="out/index.html",
+            )
+        html = (tmp_path / "index.html").read_text(encoding="utf-8")
+        return html, tables.read(tables.METRICS, tmp_path / "summary.parquet")
+
+    return page
+
+
+def test_the_table_stands_beside_the_papers_on_the_page_and_in_the_terminal(page, caplog):
+    html, summary = page()
+    for title in ("Ours", "w/o branch", "w/o base", "real clips"):
+        assert f'<th scope="row">{title}' in html
+    for value in ("paper 0.840", "paper 0.660", "paper 0.810", "paper 0.0073", "paper 1.258"):
+        assert value in html
+    assert html.count("<svg") == 1 + 2 + 3  # dots, two panels, three clouds
+    assert "http" not in html
+    said = [record.message for record in caplog.records]
+    assert any(line.startswith("w/o branch") for line in said)
+    assert "the page is out/index.html" in said
+    own = summary.set_index(["variant", "metric"])["value"]
+    assert own["ours", "conflict"] > 0.95
+    assert own["no-branch", "difference_conflict"] == pytest.approx(
+        own["no-branch", "conflict"] - own["ours", "conflict"]
+    )
+    assert own["no-base", "drift"] == pytest.approx(0, abs=0.05)
+    assert own["real", "drift"] == pytest.approx(0.15, abs=0.05)
+    assert "difference_tas" not in own["real"]
+    rows = {row.split("<small>")[0].split(">")[-1].strip(): row for row in html.split("<tr>")}
+    assert f">{SAME}<" in rows["So it is where actions conflict"]
+    assert f">{SAME}<" in rows["Without a base the head no longer goes with the eyes"]
+
+
+def test_what_was_not_measured_is_left_out_with_its_reason(page):
+    html, summary = page(absent=[GLANCES])
+    assert "No drift: not measured: &lt;gaze&gt;." in html
+    assert "head drift" not in html
+    assert set(summary.loc[summary["metric"] == "drift", "variant"]) == {"real"}
+
+
+def test_without_a_model_the_page_stands_and_says_why(page):
+    html, summary = page(absent=SETS)
+    assert "No score: not measured: &lt;gaze&gt;." in html
+    assert "<svg" not in html
+    assert "the paper?" not in html
+    assert set(summary["variant"]) <= {"real"}
+
+
+def scores(**each) -> Study:
+    """each: of a variant, its tas in either training, all resamples alike but for a little."""
+    noise = np.r_[0, np.random.default_rng(0).normal(0, 0.004, 200)]
+    study = {}
+    for n, (name, own) in enumerate(each.items(), start=1):
+        draws = {seed: {"tas": value + n * noise} for seed, value in enumerate(own)}
+        study[name.replace("_", "-")] = draws
+    return Study(study)
+
+
+@pytest.mark.parametrize(
+    "other, words",
+    [
+        ((0.80, 0.82), SAME),
+        ((0.99, 0.98), OTHER),
+        ((0.90, 0.90), TIE),
+        ((0.98, 0.70), DIVIDED),
+    ],
+)
+def test_a_claim_holds_where_the_interval_and_all_seeds_say_so(other, words):
+    study = scores(ours=(0.9, 0.9), no_branch=other)
+    rows = variants(CONFIGURED, ["no-branch"])
+    paper = published(pd.read_csv(resource("paper_ablations.csv")))
+    (said,) = judged(study, rows, CONFIGURED["branch_layers"], paper)
+    assert said.verdict.words == words
+    assert said.paper == pytest.approx(0.18)
+
+
+def test_a_sure_but_small_difference_is_hardly_one():
+    noise = np.r_[0, np.random.default_rng(0).normal(0, 0.0005, 100)]
+    study = Study({OURS: {0: {"tas": 0.9 + 0 * noise}}, "no-branch": {0: {"tas": 0.895 + noise}}})
+    (said,) = judged(study, variants(CONFIGURED, ["no-branch"]), 1, {})
+    assert said.verdict.words == HARDLY
+    assert said.paper is None
+
+
+def test_more_branch_layers_are_those_beyond_the_configured():
+    def deepest(base, branch):
+        keys = TimelineModel(base_layers=base, branch_layers=branch).model_dump()
+        found = claims(variants(keys, ["depth"]), branch)
+        return [claim.more for claim in found if claim.metric == "snd"]
+
+    assert deepest(6, 2) == ["branch-layers-7"]
+    assert deepest(1, 2) == []
+
+
+def test_the_timeline_that_is_shown_is_the_one_of_the_median_difference():
+    on = np.zeros((20, len(ACTIONS)), bool)
+    on[:, list(ACTIONS).index("BrowUp")] = True
+    told = as_frames("conflict", [on] * 5, set(ACTIONS))
+    lost = {"conflict-000": 2, "conflict-001": 9, "conflict-002": 4, "conflict-003": 20,
+            "conflict-004": 0}  # fmt: skip
+    second = told.assign(BrowUp=told["frame"] >= told["clip_id"].map(lost))
+    assert telling(told, told, second) == "conflict-002"

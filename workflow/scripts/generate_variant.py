@@ -1,0 +1,21 @@
+from typing import TYPE_CHECKING
+
+from mimeline.evaluation.ablations import generated
+from mimeline.workflow import by_region, stage
+
+if TYPE_CHECKING:
+    from snakemake.iocontainers import snakemake
+
+with stage(snakemake) as job:
+    generated(
+        checkpoint=job.input.checkpoint,
+        asked=job.input.asked,
+        segment_models=by_region(job.input.models),
+        labels=job.input.labels,
+        made=job.output.made,
+        found=job.output.found,
+        annotate=job.params.annotate,
+        options=job.params.options,
+        seed=int(job.wildcards.seed),
+        threads=job.threads,
+    )
