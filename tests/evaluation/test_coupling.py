@@ -51,14 +51,14 @@ def planted(law, rng) -> pd.DataFrame:
 
 @pytest.mark.parametrize("law", [LAW, 0.0, 0.4])
 def test_the_slope_is_that_by_which_the_head_follows_whatever_a_timeline_tells(law):
-    weights = resampled(CLIPS, 200, np.random.default_rng(0))
-    draws = [drift(planted(law, np.random.default_rng(n)), NAMES, weights) for n in range(60)]
+    weights = resampled(CLIPS, 100, np.random.default_rng(0))
+    draws = [drift(planted(law, np.random.default_rng(n)), NAMES, weights) for n in range(30)]
     found = [own[0] for own in draws]
     error = np.std(found) / np.sqrt(len(found))
     assert np.mean(found) == pytest.approx(law, abs=3 * error)
-    assert error < 0.003
+    assert error < 0.004
     within = [low <= law <= high for _, low, high in map(interval, draws)]
-    assert sum(within) >= 52  # of 60, 57 expected
+    assert sum(within) >= 25  # of 30, 28 or 29 expected
 
 
 def test_held_gazes_and_the_head_behind_them_are_measured_to_the_frame(asked):

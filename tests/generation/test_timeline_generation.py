@@ -231,7 +231,7 @@ def test_one_half_of_the_face_does_what_it_is_asked_alone(obedient, sampling, ac
     assert level[other] < level[side] - 1
 
 
-def test_a_channel_without_a_side_goes_half_the_way(obedient, sampling):
+def test_a_channel_without_a_side_goes_part_of_the_way(obedient, sampling):
     inner = obedient.channels.index("browInnerUp")
     one, both, neither = (
         sampled(obedient, [request], sampling(), WINDOW, [(0,)])[0][13:28, inner].mean().item()
@@ -241,7 +241,7 @@ def test_a_channel_without_a_side_goes_half_the_way(obedient, sampling):
             Request.both_sides(np.zeros((40, 16))),
         )
     )
-    assert one == pytest.approx((both + neither) / 2, abs=0.3)
+    assert neither + 0.5 < one < both - 0.5
 
 
 def test_halves_that_are_asked_the_same_are_one_request(made):

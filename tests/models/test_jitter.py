@@ -51,6 +51,17 @@ def test_values_that_were_not_measured_do_not_count():
     assert torch.allclose(whole, gap, atol=0.003)
 
 
+def test_quick_movement_of_both_sides_does_not_tie_them_together():
+    """Eyelids close in a frame, both at once: that is no reason why one should not wink."""
+    motion, known = clip(600, 0, jitter=torch.tensor([0.1, 0.1, 0.1]))
+    motion[:, 2] += torch.randn(600, generator=torch.Generator().manual_seed(3)) - motion[:, 0]
+    motion[:, 2] *= 0.1
+    motion[::40, [0, 2]] += 2
+    found = covariance(measured((motion, known)))
+    assert found[0, 0] < 0.02
+    assert found[0, 2].abs() < 0.002
+
+
 @pytest.mark.parametrize("length", [0, 1, 2])
 def test_where_nothing_can_be_measured_there_is_no_jitter(length):
     jitter = measured(clip(length, 0))

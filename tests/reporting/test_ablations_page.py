@@ -18,7 +18,6 @@ from mimeline.vocabulary import ACTIONS, CHANNELS, resource, track_actions
 
 CONFIGURED = TimelineModel().model_dump()
 WANTED = ["no-branch", "no-base"]
-SEEDS = (0,)
 CLIPS = {UNSEEN: 3, CONFLICT: 3, GLANCES: 24}
 
 
@@ -40,50 +39,56 @@ def acted(frames, rng, follows=0.15) -> pd.DataFrame:
     return frames[["clip_id", "frame"]].assign(**facts, **values)
 
 
-@pytest.fixture
-def page(tmp_path, caplog):
-    def page(absent=()):
-        rng = np.random.default_rng(3)
-        told = {name: asked(name, rng) for name in SETS}
-        paths = {name: tmp_path / f"{name}.parquet" for name in SETS}
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """Files of the tables by name; of what was asked, made and found by set, seed and variant."""
+    folder, rng = tmp_path_factory.mktemp("runs"), np.random.default_rng(3)
+
+    def written(table, rows, name, reason=""):
+        tables.write(table, rows, folder / name, reason)
+        return folder / name
+
+    told = {name: asked(name, rng) for name in SETS}
+    made, found = {}, {}
+    for variant in variants(CONFIGURED, WANTED):
+        law = 0.0 if variant == "no-base" else 0.15
+        lost = 0.5 if variant == "no-branch" else 0.02
         for name, frames in told.items():
-            gone = tables.empty(tables.FRAMES) if name in absent else frames
-            why = "not measured: <gaze>" if name in absent else ""
-            tables.write(tables.FRAMES, gone, paths[name], why)
-        made, found = {}, {}
-        for variant in variants(CONFIGURED, WANTED):
-            for seed in SEEDS:
-                for name, frames in told.items():
-                    own = variant, seed, name
-                    made[own], found[own] = (tmp_path / f"{'-'.join(map(str, own))}{end}.parquet"
-                                             for end in ("", "-found"))  # fmt: skip
-                    if name in absent:
-                        tables.write(tables.MOTION, tables.empty(tables.MOTION), made[own], "none")
-                        tables.write(tables.FRAMES, tables.empty(tables.FRAMES), found[own], "none")
-                        continue
-                    law = 0.0 if variant == "no-base" else 0.15
-                    tables.write(tables.MOTION, acted(frames, rng, law), made[own])
-                    wrong = rng.random(len(frames)) < (0.5 if variant == "no-branch" else 0.02)
-                    seen = frames.assign(BrowUp=frames["BrowUp"] & ~wrong)
-                    tables.write(tables.FRAMES, seen, found[own])
-        real = pd.concat([told[UNSEEN], as_frames("other", [glances(160, rng)] * 20, set(ACTIONS))])
-        ids = sorted(real["clip_id"].unique())
-        parts = ["train" if name.startswith("other") else "test" for name in ids]
-        split = pd.DataFrame({"clip_id": ids, "part": parts, "group": ids})
-        tables.write(tables.FRAMES, real, tmp_path / "frames.parquet")
-        motion = acted(real.reset_index(drop=True), rng)
-        tables.write(tables.MOTION, motion, tmp_path / "motion.parquet")
-        tables.write(tables.SPLIT, split, tmp_path / "split.parquet")
-        tables.write(tables.CLIPS, tables.empty(tables.CLIPS), tmp_path / "clips.parquet")
+            key = variant, 0, name
+            seen = frames.assign(BrowUp=frames["BrowUp"] & (rng.random(len(frames)) > lost))
+            made[key] = written(tables.MOTION, acted(frames, rng, law), f"{variant}-{name}")
+            found[key] = written(tables.FRAMES, seen, f"{variant}-{name}-found")
+    others = as_frames("other", [glances(160, rng)] * 20, set(ACTIONS))
+    real = pd.concat([told[UNSEEN], others], ignore_index=True)
+    ids = sorted(real["clip_id"].unique())
+    parts = ["train" if name.startswith("other") else "test" for name in ids]
+    split = pd.DataFrame({"clip_id": ids, "part": parts, "group": ids})
+    return {
+        "asked": {name: written(tables.FRAMES, own, name) for name, own in told.items()},
+        "made": made,
+        "found": found,
+        "motions": [written(tables.MOTION, acted(real, rng), "motion")],
+        "frames": [written(tables.FRAMES, real, "frames")],
+        "clips": [written(tables.CLIPS, tables.empty(tables.CLIPS), "clips")],
+        "split": written(tables.SPLIT, split, "split"),
+    }
+
+
+@pytest.fixture
+def page(runs, tmp_path, caplog):
+    def page(absent=()):
+        files, why = dict(runs), "not measured: <gaze>"
+        for kind, table in (
+            ("asked", tables.FRAMES), ("made", tables.MOTION), ("found", tables.FRAMES)
+        ):  # fmt: skip
+            tables.write(table, tables.empty(table), tmp_path / kind, why)
+            files[kind] = {
+                key: tmp_path / kind if {key, key[-1]} & set(absent) else path
+                for key, path in runs[kind].items()
+            }
         with caplog.at_level(logging.INFO):
             ablations(
-                asked=paths,
-                made=made,
-                found=found,
-                motions=[tmp_path / "motion.parquet"],
-                frames=[tmp_path / "frames.parquet"],
-                clips=[tmp_path / "clips.parquet"],
-                split=tmp_path / "split.parquet",
+                **files,
                 paper=resource("paper_ablations.csv"),
                 page=tmp_path / "index.html",
                 summary=tmp_path / "summary.parquet",

@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -48,12 +48,14 @@ def generated(
     """Write what a variant makes of the timelines of each of SETS, and what is found in it.
 
     asked, found: `frames` tables; made: `motion` tables, under the ids of the timelines. annotate:
-    of Limits; options: the keys of the sampling's config section. seed: of the noise, which is the
-    same for all variants. Where there is no model, or nothing is asked, the tables say so.
+    of Limits; options: the keys of the sampling's config section; glances are made without
+    guidance, which draws all of them to one size. seed: of the noise, which is the same for all
+    variants. Where there is no model, or nothing is asked, the tables say so.
     """
     torch.set_num_threads(threads)
     nothing = checkpoints.reason(checkpoint)
     sampling = Sampling(**{f.name: options[f.name] for f in fields(Sampling)})
+    plain = replace(sampling, guidance=1.0, region_guidance={})
     limits = Limits(**annotate)
     annotator = Annotator(read_models(segment_models), tables.read(tables.LABELS, labels), limits)
     for name, wanted, motion, frames in zip(SETS, asked, made, found, strict=True):
@@ -64,7 +66,8 @@ def generated(
             continue
         requests = [Request.both_sides(timeline) for timeline in timelines(told).values()]
         channels = checkpoints.load(checkpoint).normaliser.channels
-        table = motion_table(told, generate(checkpoint, requests, sampling, seed), channels)
+        how = plain if name == GLANCES else sampling
+        table = motion_table(told, generate(checkpoint, requests, how, seed), channels)
         tables.write(tables.MOTION, table, motion)
         tables.write(tables.FRAMES, annotator.frames(table), frames)
         log.info("%s: %d timelines", name, len(requests))

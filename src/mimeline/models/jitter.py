@@ -5,6 +5,9 @@ from collections.abc import Iterable, Mapping, Sequence
 import torch
 from torch import Tensor, nn
 
+MEDIAN_OF_NORMAL = 0.6745  # of the sizes of standard normal values
+OUTLYING = 3.0  # standard deviations from which a value is movement
+
 
 class Jitter(nn.Module):
     """Frame-to-frame jitter as a Gaussian, white in time and correlated over the channels.
@@ -24,17 +27,17 @@ class Jitter(nn.Module):
         """Set the Gaussian from clips: motion (L, D), measured (L, D) bool.
 
         From second differences of neighbouring frames, in which even movement cancels: those of
-        white noise have six times its covariance. Where nothing can be measured there is none.
+        white noise have six times its covariance. What sticks out of them, a blink's lid, is quick
+        movement and does not count. Where nothing can be measured there is no jitter.
         """
-        size = len(self.variance)
-        total = torch.zeros(size, size, dtype=torch.float64)
-        count = torch.zeros(size, size, dtype=torch.float64)
-        for motion, measured in clips:
-            known = (measured[2:] & measured[1:-1] & measured[:-2]).double()  # (L - 2, D)
-            bend = known * (motion[2:] - 2 * motion[1:-1] + motion[:-2]).double()  # (L - 2, D)
-            total += bend.T @ bend
-            count += known.T @ known
-        covariance = total / count.clamp(min=1) / 6  # (D, D)
+        bends = [bent(motion, measured) for motion, measured in clips if len(motion) > 2]
+        if not bends:
+            return
+        bend = torch.cat(bends)  # (N, D)
+        size = bend.abs().nanmedian(dim=0).values / MEDIAN_OF_NORMAL  # (D,) NaN where never known
+        usual = bend.abs() <= OUTLYING * size  # (N, D)
+        bend, usual = bend.where(usual, 0.0).double(), usual.double()
+        covariance = bend.T @ bend / (usual.T @ usual).clamp(min=1) / 6  # (D, D)
         for columns in self.parts.values():
             block = torch.as_tensor(columns)[:, None], torch.as_tensor(columns)[None, :]
             values, vectors = torch.linalg.eigh(covariance[block])
@@ -52,3 +55,10 @@ class Jitter(nn.Module):
         gain = signal * variance / (signal**2 * variance + noise**2)  # (B, 1, D)
         with torch.autocast(noisy.device.type, enabled=False):
             return smooth + (gain * ((noisy - signal * smooth) @ basis)) @ basis.T
+
+
+def bent(motion: Tensor, measured: Tensor) -> Tensor:
+    """x[t−1] − 2 x[t] + x[t+1] of motion (L, D), (L − 2, D); NaN where one was not measured."""
+    known = measured[2:] & measured[1:-1] & measured[:-2]  # (L - 2, D)
+    bend = motion[2:] - 2 * motion[1:-1] + motion[:-2]  # (L - 2, D)
+    return bend.where(known, torch.nan)
