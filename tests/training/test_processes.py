@@ -37,6 +37,7 @@ def tasks(tmp_path, monkeypatch):
 
 def test_two_processes_learn_what_one_learns(world, tmp_path, caplog):
     one = world.train(tmp_path / "one", steps=20)
+    caplog.clear()
     with caplog.at_level("INFO"):
         two = world.train(tmp_path / "two", steps=20, hardware={"device": "cpu", "processes": 2})
     rows = [losses(folder) for folder in (one, two)]

@@ -170,7 +170,7 @@ def another(key: str, field, value):
         "train.timeline.width": 128,
         "train.timeline.heads": 2,
         "evaluate.timeline.region_guidance": {"mouth": 3.0},
-        "evaluate.timeline.guidance_interval": [0.1, 0.9],
+        "evaluate.timeline.guidance_interval": [0.2, 0.8],
     }
     if key in special:
         return special[key]

@@ -64,7 +64,9 @@ class Beside:
         self._folder = tempfile.TemporaryDirectory(prefix="mimeline-runs-")
         self._pool = ThreadPoolExecutor(2)
         ordered = [name for name in RUNS if name in names]
-        self._runs = {name: self._pool.submit(self._run, name) for name in ordered}
+        self._runs = {}  # by name; a run may get those before it
+        for name in ordered:
+            self._runs[name] = self._pool.submit(self._run, name)
 
     def get(self, name: str) -> Any:
         """What a run gives, once it is over. Raises what went wrong in it."""

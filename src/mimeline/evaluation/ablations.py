@@ -155,7 +155,7 @@ def asked_draws(counts: Mapping[str, np.ndarray], weights: np.ndarray) -> np.nda
             hits = np.diagonal(drawn, axis1=1, axis2=2)
             total = drawn.sum(axis=1) + drawn.sum(axis=2)  # (R, C)
             scores.append((2 * hits / np.maximum(total, 1))[:, asked].mean(axis=1))
-    return np.mean(scores, axis=0)
+    return np.mean(scores, axis=0) if scores else np.full(len(weights), np.nan)
 
 
 def of_recordings(
