@@ -3,7 +3,7 @@ from pathlib import Path
 
 from snakemake.utils import min_version
 
-from mimeline.evaluation.variants import SETS, variants
+from mimeline.evaluation.variants import ASKED, MADE, variants
 from mimeline.run import remember
 from mimeline.vocabulary import SERIES_REGIONS
 from mimeline.workflow import (

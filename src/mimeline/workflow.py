@@ -116,7 +116,12 @@ def rate_of_clips(config: dict[str, Any]) -> str:
 
 def by_region(paths: Sequence[str]) -> dict[str, Path]:
     """Paths in the order of the series regions, by region."""
-    return {region: Path(path) for region, path in zip(SERIES_REGIONS, paths, strict=True)}
+    return by_name(SERIES_REGIONS, paths)
+
+
+def by_name(names: Sequence[Any], paths: Sequence[str]) -> dict[Any, Path]:
+    """Paths in the order of these names, by name."""
+    return {name: Path(path) for name, path in zip(names, paths, strict=True)}
 
 
 def resource_table(name: str) -> str:

@@ -4,11 +4,12 @@ import pytest
 
 from mimeline.annotation.scores import interval, resampled
 from mimeline.evaluation.coupling import FOLLOWS, LAG, drift, gazes
-from mimeline.evaluation.requests import as_frames, glances
+from mimeline.evaluation.requests import as_frames
 from mimeline.toy import simulate
 from mimeline.vocabulary import ACTIONS, CHANNELS, track_actions
 
 CLIPS, LAW = 60, 0.15
+GAZES = [action for track in FOLLOWS for action in track_actions(track)]
 NAMES = [f"glances-{number:03d}" for number in range(CLIPS)]
 
 
@@ -31,10 +32,18 @@ def acted(frames, law) -> pd.DataFrame:
     return frames[["clip_id", "frame"]].assign(valid=True, **values)
 
 
+def glances(rng) -> np.ndarray:
+    """(160, 16) bool: two held gazes, one after the other, each to any side."""
+    timeline = np.zeros((160, len(ACTIONS)), bool)
+    for first in (20, 90):
+        timeline[first : first + 50, list(ACTIONS).index(rng.choice(GAZES))] = True
+    return timeline
+
+
 @pytest.fixture(scope="module")
 def asked():
     rng = np.random.default_rng(2)
-    return as_frames("glances", [glances(256, rng) for _ in NAMES], set(ACTIONS))
+    return as_frames("glances", [glances(rng) for _ in NAMES], set(ACTIONS))
 
 
 def planted(law, rng) -> pd.DataFrame:
@@ -64,7 +73,7 @@ def test_the_slope_is_that_by_which_the_head_follows_whatever_a_timeline_tells(l
 def test_held_gazes_and_the_head_behind_them_are_measured_to_the_frame(asked):
     motion = acted(asked, LAW)
     held = gazes(asked, motion)
-    assert set(held["action"]) == {a for track in FOLLOWS for a in track_actions(track)}
+    assert set(held["action"]) == {*GAZES}
     np.testing.assert_allclose(held["head"], LAW * held["gaze"])
     assert slope(asked, motion)[0] == pytest.approx(LAW)
 

@@ -5,8 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mimeline import tables
-from mimeline.evaluation.requests import GAZES, SMILES, as_frames, conflict, glances, requests
-from mimeline.evaluation.variants import CONFLICT, GLANCES, SETS, UNSEEN
+from mimeline.evaluation.requests import SMILES, as_frames, conflict, requests
+from mimeline.evaluation.variants import ASKED, CONFLICT, UNSEEN
 from mimeline.vocabulary import ACTIONS, TRACKS, track_actions
 
 lengths, seeds = st.integers(64, 400), st.integers(0, 2**32 - 1)
@@ -21,9 +21,9 @@ def runs(on) -> list[tuple[int, int]]:
     return list(zip(edges[::2], edges[1::2], strict=True))
 
 
-@given(length=lengths, seed=seeds, draw=st.sampled_from([conflict, glances]))
-def test_no_two_actions_of_a_track_overlap(length, seed, draw):
-    timeline = draw(length, np.random.default_rng(seed))
+@given(length=lengths, seed=seeds)
+def test_no_two_actions_of_a_track_overlap(length, seed):
+    timeline = conflict(length, np.random.default_rng(seed))
     assert timeline.shape == (length, len(ACTIONS))
     for track in TRACKS:
         assert told(timeline, track_actions(track)).sum(axis=1).max() <= 1
@@ -41,19 +41,8 @@ def test_every_smile_has_raised_brows_about_it_and_nothing_else_is_asked(length,
         assert abs(end - last) <= 8
 
 
-@given(length=lengths, seed=seeds)
-def test_glances_are_held_one_after_another_and_the_head_is_told_to_rest(length, seed):
-    timeline = glances(length, np.random.default_rng(seed))
-    assert not told(timeline, set(ACTIONS) - set(GAZES)).any()
-    on = runs(told(timeline, GAZES).any(axis=1))
-    assert all(30 <= last - first <= 60 for first, last in on)
-    assert all(last - first >= 20 for (_, first), (last, _) in zip(on[1:], on, strict=False)) or on
-
-
-def test_long_timelines_of_a_seed_ask_for_every_smile_and_gaze():
-    rng = np.random.default_rng(0)
-    assert told(conflict(2000, rng), SMILES).any(axis=0).all()
-    assert told(glances(2000, rng), GAZES).any(axis=0).all()
+def test_long_timelines_of_a_seed_ask_for_every_smile():
+    assert told(conflict(2000, np.random.default_rng(0)), SMILES).any(axis=0).all()
 
 
 @pytest.fixture
@@ -66,11 +55,11 @@ def drawn(tmp_path):
         split = pd.DataFrame({"clip_id": ids, "part": ["test"] * 4 + ["train"] * 2, "group": ids})
         tables.write(tables.FRAMES, marked, tmp_path / "frames.parquet")
         tables.write(tables.SPLIT, split, tmp_path / "split.parquet")
-        paths = {name: tmp_path / f"{name}.parquet" for name in SETS}
+        paths = {name: tmp_path / f"{name}.parquet" for name in ASKED}
         requests(
             frames=[tmp_path / "frames.parquet"],
             split=tmp_path / "split.parquet",
-            asked=list(paths.values()),
+            asked=paths,
             unseen=100,
             choice_seed=0,
             timelines=3,
@@ -85,22 +74,22 @@ def drawn(tmp_path):
 def test_unseen_clips_are_asked_for_as_they_are_annotated(drawn):
     _, asked = drawn()
     assert sorted(asked[UNSEEN]["clip_id"].unique()) == [f"clip-{n:03d}" for n in range(4)]
-    for name in (CONFLICT, GLANCES):
-        assert asked[name].groupby("clip_id").size().to_dict() == {
-            f"{name}-{n:03d}": 128 for n in range(3)
-        }
+    assert asked[CONFLICT].groupby("clip_id").size().to_dict() == {
+        f"conflict-{n:03d}": 128 for n in range(3)
+    }
 
 
 def test_a_seed_gives_the_same_timelines_and_another_gives_others(drawn):
     first, again, other = (drawn(seed=seed)[1] for seed in (4, 4, 5))
-    for name in SETS:
+    for name in ASKED:
         pd.testing.assert_frame_equal(first[name], again[name])
-    assert not first[GLANCES].equals(other[GLANCES])
+    assert not first[CONFLICT].equals(other[CONFLICT])
     assert first[UNSEEN].equals(other[UNSEEN])
 
 
 def test_what_the_recordings_do_not_measure_is_not_told(drawn):
-    paths, asked = drawn(absent=["EyeClose", "GazeUp"])
+    _, asked = drawn(absent=["EyeClose"])
     assert asked[CONFLICT]["EyeClose"].isna().all()
-    assert asked[GLANCES].empty
-    assert tables.reason(paths[GLANCES]) == "not measured: GazeUp"
+    paths, asked = drawn(absent=["EyeClose", "BrowUp"])
+    assert asked[CONFLICT].empty
+    assert tables.reason(paths[CONFLICT]) == "not measured: BrowUp"

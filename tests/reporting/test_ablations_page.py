@@ -7,8 +7,8 @@ import pytest
 from mimeline import tables
 from mimeline.config.sections import TimelineModel
 from mimeline.evaluation.coupling import FOLLOWS, LAG
-from mimeline.evaluation.requests import as_frames, conflict, glances
-from mimeline.evaluation.variants import CONFLICT, GLANCES, OURS, SETS, UNSEEN, variants
+from mimeline.evaluation.requests import as_frames, conflict
+from mimeline.evaluation.variants import ASKED, CONFLICT, MADE, OURS, UNSEEN, variants
 from mimeline.reporting.ablation_claims import DIVIDED, claims, judged, published
 from mimeline.reporting.ablation_pictures import telling
 from mimeline.reporting.ablation_scores import Study
@@ -18,12 +18,21 @@ from mimeline.vocabulary import ACTIONS, CHANNELS, resource, track_actions
 
 CONFIGURED = TimelineModel().model_dump()
 WANTED = ["no-branch", "no-base"]
-CLIPS = {UNSEEN: 3, CONFLICT: 3, GLANCES: 24}
+CLIPS = {UNSEEN: 24, CONFLICT: 3}
+GAZES = [action for track in FOLLOWS for action in track_actions(track)]
 
 
 def asked(name, rng) -> pd.DataFrame:
-    draw = {UNSEEN: glances, CONFLICT: conflict, GLANCES: glances}[name]
-    return as_frames(name, [draw(160, rng) for _ in range(CLIPS[name])], set(ACTIONS))
+    drawn = [conflict(160, rng) if name == CONFLICT else glances(rng) for _ in range(CLIPS[name])]
+    return as_frames(name, drawn, set(ACTIONS))
+
+
+def glances(rng) -> np.ndarray:
+    """(160, 16) bool: two held gazes, one after the other, each to any side."""
+    timeline = np.zeros((160, len(ACTIONS)), bool)
+    for first in (20, 90):
+        timeline[first : first + 50, list(ACTIONS).index(rng.choice(GAZES))] = True
+    return timeline
 
 
 def acted(frames, rng, follows=0.15) -> pd.DataFrame:
@@ -48,17 +57,18 @@ def runs(tmp_path_factory):
         tables.write(table, rows, folder / name, reason)
         return folder / name
 
-    told = {name: asked(name, rng) for name in SETS}
+    told = {name: asked(name, rng) for name in ASKED}
     made, found = {}, {}
     for variant in variants(CONFIGURED, WANTED):
         law = 0.0 if variant == "no-base" else 0.15
         lost = 0.5 if variant == "no-branch" else 0.02
-        for name, frames in told.items():
-            key = variant, 0, name
+        for name in MADE:
+            frames, key = told.get(name, told[UNSEEN]), (variant, 0, name)
             seen = frames.assign(BrowUp=frames["BrowUp"] & (rng.random(len(frames)) > lost))
             made[key] = written(tables.MOTION, acted(frames, rng, law), f"{variant}-{name}")
-            found[key] = written(tables.FRAMES, seen, f"{variant}-{name}-found")
-    others = as_frames("other", [glances(160, rng)] * 20, set(ACTIONS))
+            if name in ASKED:
+                found[key] = written(tables.FRAMES, seen, f"{variant}-{name}-found")
+    others = as_frames("other", [glances(rng)] * 20, set(ACTIONS))
     real = pd.concat([told[UNSEEN], others], ignore_index=True)
     ids = sorted(real["clip_id"].unique())
     parts = ["train" if name.startswith("other") else "test" for name in ids]
@@ -95,7 +105,7 @@ def page(runs, tmp_path, caplog):
                 configured=CONFIGURED,
                 wanted=WANTED,
                 side="left",
-                unseen=3,
+                unseen=24,
                 choice_seed=0,
                 resamples=8,
                 seed=0,
@@ -132,14 +142,14 @@ def test_the_table_stands_beside_the_papers_on_the_page_and_in_the_terminal(page
 
 
 def test_what_was_not_measured_is_left_out_with_its_reason(page):
-    html, summary = page(absent=[GLANCES])
-    assert "No drift: not measured: &lt;gaze&gt;." in html
-    assert "head drift" not in html
-    assert set(summary.loc[summary["metric"] == "drift", "variant"]) == {"real"}
+    html, summary = page(absent=[CONFLICT])
+    assert "No conflicts: not measured: &lt;gaze&gt;." in html
+    assert "TAS ↑, conflicts" not in html
+    assert "conflict" not in set(summary["metric"])
 
 
 def test_without_a_model_the_page_stands_and_says_why(page):
-    html, summary = page(absent=SETS)
+    html, summary = page(absent=MADE)
     assert "No score: not measured: &lt;gaze&gt;." in html
     assert "<svg" not in html
     assert "the paper?" not in html

@@ -10,7 +10,7 @@ rule ablation_requests:
         frames=expand("<results>/annotate/{shard}/frames.parquet", shard=SHARDS),
         split="<results>/split/split.parquet",
     output:
-        asked=expand("<results>/ablations/asked/{asked}.parquet", asked=SETS),
+        asked=expand("<results>/ablations/asked/{asked}.parquet", asked=ASKED),
     log:
         "<logs>/ablations/asked.log",
     benchmark:
@@ -73,13 +73,13 @@ rule generate_variant:
         labels="<results>/label/labels.parquet",
     output:
         made=expand(
-            "<results>/ablations/{variant}/{seed}/{asked}.parquet",
-            asked=SETS,
+            "<results>/ablations/{variant}/{seed}/{made}.parquet",
+            made=MADE,
             allow_missing=True,
         ),
         found=expand(
             "<results>/ablations/{variant}/{seed}/{asked}-found.parquet",
-            asked=SETS,
+            asked=ASKED,
             allow_missing=True,
         ),
     log:
@@ -106,16 +106,16 @@ rule ablations:
     input:
         asked=rules.ablation_requests.output.asked,
         made=expand(
-            "<results>/ablations/{variant}/{seed}/{asked}.parquet",
+            "<results>/ablations/{variant}/{seed}/{made}.parquet",
             variant=VARIANTS,
             seed=VARIANT_SEEDS,
-            asked=SETS,
+            made=MADE,
         ),
         found=expand(
             "<results>/ablations/{variant}/{seed}/{asked}-found.parquet",
             variant=VARIANTS,
             seed=VARIANT_SEEDS,
-            asked=SETS,
+            asked=ASKED,
         ),
         motions=expand("<results>/ingest/{shard}/motion.parquet", shard=SHARDS),
         frames=expand("<results>/annotate/{shard}/frames.parquet", shard=SHARDS),
@@ -133,12 +133,7 @@ rule ablations:
     resources:
         mem_mb=4000,
     params:
-        runs=[
-            (name, seed, asked)
-            for name in VARIANTS
-            for seed in VARIANT_SEEDS
-            for asked in SETS
-        ],
+        trained=[(name, seed) for name in VARIANTS for seed in VARIANT_SEEDS],
         wanted=lookup("ablations/variants", within=config),
         configured=lookup("train/timeline", within=config),
         side=lookup("series/side", within=config),

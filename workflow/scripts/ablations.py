@@ -1,18 +1,19 @@
 from typing import TYPE_CHECKING
 
-from mimeline.evaluation.variants import SETS
+from mimeline.evaluation.variants import ASKED, MADE
 from mimeline.reporting.ablations import ablations
-from mimeline.workflow import stage
+from mimeline.workflow import by_name, stage
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
 
 with stage(snakemake) as job:
-    runs = [tuple(run) for run in job.params.runs]
+    trained = [tuple(own) for own in job.params.trained]
+    made, found = ([(*own, name) for own in trained for name in sets] for sets in (MADE, ASKED))
     ablations(
-        asked=dict(zip(SETS, job.input.asked, strict=True)),
-        made=dict(zip(runs, job.input.made, strict=True)),
-        found=dict(zip(runs, job.input.found, strict=True)),
+        asked=by_name(ASKED, job.input.asked),
+        made=by_name(made, job.input.made),
+        found=by_name(found, job.input.found),
         motions=job.input.motions,
         frames=job.input.frames,
         clips=job.input.clips,

@@ -1,7 +1,8 @@
 from typing import TYPE_CHECKING
 
 from mimeline.evaluation.ablations import generated
-from mimeline.workflow import by_region, stage
+from mimeline.evaluation.variants import ASKED, MADE
+from mimeline.workflow import by_name, by_region, stage
 
 if TYPE_CHECKING:
     from snakemake.iocontainers import snakemake
@@ -9,11 +10,11 @@ if TYPE_CHECKING:
 with stage(snakemake) as job:
     generated(
         checkpoint=job.input.checkpoint,
-        asked=job.input.asked,
+        asked=by_name(ASKED, job.input.asked),
         segment_models=by_region(job.input.models),
         labels=job.input.labels,
-        made=job.output.made,
-        found=job.output.found,
+        made=by_name(MADE, job.output.made),
+        found=by_name(ASKED, job.output.found),
         annotate=job.params.annotate,
         options=job.params.options,
         seed=int(job.wildcards.seed),

@@ -263,10 +263,7 @@ class Ablations(Section):
         "region's timeline to be dropped (0, 0.3, 0.5, 0.7)",
     )
     seeds: Count = Field(3, description="trainings of each, the first with train.timeline's seed")
-    timelines: Count = Field(
-        80,
-        description="timelines of either kind that are made up: smiles with raised brows, glances",
-    )
+    timelines: Count = Field(80, description="made-up timelines of smiles with raised brows")
     frames: Annotated[int, Field(ge=64)] = Field(256, description="frames of such a timeline")
     seed: Seed = Field(0, description="seed of these timelines")
 

@@ -24,7 +24,7 @@ from mimeline.evaluation.motion_scores import (
     motion_draws,
 )
 from mimeline.evaluation.timeline import clip_values, motion_table
-from mimeline.evaluation.variants import CONFLICT, GLANCES, SETS, UNSEEN
+from mimeline.evaluation.variants import CONFLICT, UNGUIDED, UNSEEN
 from mimeline.generation.request import Request
 from mimeline.generation.timeline import Sampling, generate
 from mimeline.training import checkpoint as checkpoints
@@ -35,50 +35,53 @@ log = logging.getLogger(__name__)
 
 def generated(
     checkpoint: str | Path,
-    asked: Sequence[str | Path],
+    asked: Mapping[str, Path],
     segment_models: Mapping[str, Path],
     labels: str | Path,
-    made: Sequence[str | Path],
-    found: Sequence[str | Path],
+    made: Mapping[str, Path],
+    found: Mapping[str, Path],
     annotate: Mapping[str, Any],
     options: Mapping[str, Any],
     seed: int,
     threads: int = 1,
 ) -> None:
-    """Write what a variant makes of the timelines of each of SETS, and what is found in it.
+    """Write what a variant makes of the timelines that are asked for, and what is found in it.
 
-    asked, found: `frames` tables; made: `motion` tables, under the ids of the timelines. annotate:
-    of Limits; options: the keys of the sampling's config section; glances are made without
-    guidance, which draws all of them to one size. seed: of the noise, which is the same for all
-    variants. Where there is no model, or nothing is asked, the tables say so.
+    asked, found: by set of ASKED, a `frames` table; made: by set of MADE, a `motion` table under
+    the ids of the timelines. annotate: of Limits; options: the keys of the sampling's config
+    section. seed: of the noise, which is the same for all variants. Where there is no model, or
+    nothing is asked, the tables say so.
     """
     torch.set_num_threads(threads)
     nothing = checkpoints.reason(checkpoint)
-    sampling = Sampling(**{f.name: options[f.name] for f in fields(Sampling)})
-    plain = replace(sampling, guidance=1.0, region_guidance={})
+    guided = Sampling(**{f.name: options[f.name] for f in fields(Sampling)})
+    plain = replace(guided, guidance=1.0, region_guidance={})
     limits = Limits(**annotate)
     annotator = Annotator(read_models(segment_models), tables.read(tables.LABELS, labels), limits)
-    for name, wanted, motion, frames in zip(SETS, asked, made, found, strict=True):
-        told = tables.read(tables.FRAMES, wanted)
+    for name, path in made.items():
+        wanted = asked[UNSEEN if name == UNGUIDED else name]
         if why := nothing or tables.reason(wanted):
-            tables.write(tables.MOTION, tables.empty(tables.MOTION), motion, why)
-            tables.write(tables.FRAMES, tables.empty(tables.FRAMES), frames, why)
-            continue
-        requests = [Request.both_sides(timeline) for timeline in timelines(told).values()]
-        channels = checkpoints.load(checkpoint).normaliser.channels
-        how = plain if name == GLANCES else sampling
-        table = motion_table(told, generate(checkpoint, requests, how, seed), channels)
-        tables.write(tables.MOTION, table, motion)
-        tables.write(tables.FRAMES, annotator.frames(table), frames)
-        log.info("%s: %d timelines", name, len(requests))
+            tables.write(tables.MOTION, tables.empty(tables.MOTION), path, why)
+            marked = tables.empty(tables.FRAMES)
+        else:
+            told = tables.read(tables.FRAMES, wanted)
+            requests = [Request.both_sides(timeline) for timeline in timelines(told).values()]
+            channels = checkpoints.load(checkpoint).normaliser.channels
+            sampling = plain if name == UNGUIDED else guided
+            motion = motion_table(told, generate(checkpoint, requests, sampling, seed), channels)
+            tables.write(tables.MOTION, motion, path)
+            marked = annotator.frames(motion)
+            log.info("%s: %d timelines", name, len(requests))
+        if name in found:
+            tables.write(tables.FRAMES, marked, found[name], why)
 
 
 @dataclass(frozen=True)
 class Asked:
     """What all variants are asked for, and the resamples that all are judged on.
 
-    frames: by set, its `frames` table. clips: by set, its clips, sorted. weights: by set, of
-    `resampled`. real: the motion of the clips of the set UNSEEN, in their order.
+    frames: by set of ASKED, its `frames` table. clips: of each its clips, sorted. weights: of each,
+    of `resampled`. real: the motion of the clips of UNSEEN, in their order.
     """
 
     frames: Mapping[str, pd.DataFrame]
@@ -104,10 +107,11 @@ def scored(
 ) -> dict[str, np.ndarray]:
     """The draws of each score of a variant, (1 + resamples,).
 
-    made: by set, the `motion` it made; found: the `frames` found in it. tas, tas_<region>, var,
-    fid_fm, fid_delta_fm and snd are those of the unseen timelines. conflict is `asked_draws` where
-    smiles conflict with brows, conflict_tas the tas there; drift is how far the head goes with the
-    eyes. What cannot be had is absent.
+    made: by set of MADE, its `motion`; found: by set of ASKED, the `frames` found in it. tas,
+    tas_<region>, var, fid_fm, fid_delta_fm and snd are those of the unseen timelines. conflict is
+    `asked_draws` where smiles conflict with brows, conflict_tas the tas there; drift is how far the
+    head goes with the eyes, without guidance: that draws the gazes of a direction to one size. What
+    cannot be had is absent.
     """
     draws: dict[str, np.ndarray] = {}
     if len(made[UNSEEN]):
@@ -126,9 +130,9 @@ def scored(
         weights = asked.weights[CONFLICT]
         draws["conflict"] = asked_draws(counts, weights)
         draws["conflict_tas"] = alignment_draws(counts, weights)["tas"]
-    if len(made[GLANCES]):
-        held = gazes(asked.frames[GLANCES], made[GLANCES])
-        slope = drift(held, asked.clips[GLANCES], asked.weights[GLANCES])
+    if len(made[UNGUIDED]):
+        held = gazes(asked.frames[UNSEEN], made[UNGUIDED])
+        slope = drift(held, asked.clips[UNSEEN], asked.weights[UNSEEN])
         draws |= {} if slope is None else {"drift": slope}
     return draws
 

@@ -5,7 +5,9 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
 
-UNSEEN, CONFLICT, GLANCES = SETS = ("unseen", "conflict", "glances")  # of timelines, asked of each
+UNSEEN, CONFLICT = ASKED = ("unseen", "conflict")  # sets of timelines, asked of each
+UNGUIDED = "unguided"  # the motion that is made of the unseen ones without guidance
+MADE = (*ASKED, UNGUIDED)
 OURS = "ours"
 PAPER_LAYERS, PAPER_BRANCH = 8, 2  # of the paper's network in all, and of its branches
 DROPS = (0.0, 0.3, 0.5, 0.7)

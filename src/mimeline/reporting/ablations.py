@@ -14,7 +14,16 @@ from mimeline import tables
 from mimeline.evaluation.ablations import Asked, of_recordings, scored
 from mimeline.evaluation.coupling import gazes
 from mimeline.evaluation.timeline import choose
-from mimeline.evaluation.variants import CONFLICT, GLANCES, OURS, SETS, UNSEEN, Variant, variants
+from mimeline.evaluation.variants import (
+    ASKED,
+    CONFLICT,
+    MADE,
+    OURS,
+    UNGUIDED,
+    UNSEEN,
+    Variant,
+    variants,
+)
 from mimeline.reporting.ablation_claims import judged, published
 from mimeline.reporting.ablation_pictures import Cloud, Panel, clouds, panel, telling
 from mimeline.reporting.ablation_scores import Study
@@ -80,11 +89,11 @@ def ablations(
 ) -> None:
     """Write the page and its numbers, and tell the table in the log.
 
-    asked: `frames` by set. made, found: `motion` and the `frames` found in it by variant, seed and
-    set. motions, frames, clips, split: of the recordings. paper: paper_ablations.csv. configured,
-    wanted: keys of train.timeline and ablations.variants. unseen, choice_seed: as for the set of
-    that name. summary: `metrics`, a metric and its difference_<metric> to ours, of each variant.
-    address: what the log calls the page.
+    asked: `frames` by set of ASKED. made, found: `motion` by variant, seed and set of MADE, and the
+    `frames` found in it, of ASKED. motions, frames, clips, split: of the recordings. paper:
+    paper_ablations.csv. configured, wanted: keys of train.timeline and ablations.variants. unseen,
+    choice_seed: as for the set of that name. summary: `metrics`, a metric and its
+    difference_<metric> to ours, of each variant. address: what the log calls the page.
     """
     motion, marked = tables.read_all(tables.MOTION, motions), tables.read_all(tables.FRAMES, frames)
     rows = variants(configured, wanted)
@@ -144,8 +153,8 @@ class Runs:
         """The draws of each score of a training."""
         return scored(
             asked,
-            {name: self.motion(variant, seed, name) for name in SETS},
-            {name: self.frames(variant, seed, name) for name in SETS},
+            {name: self.motion(variant, seed, name) for name in MADE},
+            {name: self.frames(variant, seed, name) for name in ASKED},
         )
 
 
@@ -165,7 +174,7 @@ def _cell(study: Study, variant: str, metric: str, paper: float | None) -> Cell:
 def _reasons(runs: Runs, asked, seed: int, metrics) -> list[str]:
     """Why there are no scores, or not all."""
     found = []
-    for name, about in ((UNSEEN, "No score"), (CONFLICT, "No conflicts"), (GLANCES, "No drift")):
+    for name, about in ((UNSEEN, "No score"), (CONFLICT, "No conflicts")):
         if why := tables.reason(asked[name]) or tables.reason(runs.made[OURS, seed, name]):
             found.append(f"{about}: {why}")
     if not found and "drift" not in metrics:
@@ -206,8 +215,8 @@ def _clouds(runs: Runs, rows, known: Asked, study: Study, seed: int, recorded) -
     held = {"Real clips": gazes(*recorded)}
     slopes = {"Real clips": study.score(REAL, "drift")}
     for name in (OURS, "no-base"):
-        made = runs.motion(name, seed, GLANCES)
-        held[rows[name].title] = gazes(known.frames[GLANCES], made)
+        made = runs.motion(name, seed, UNGUIDED)
+        held[rows[name].title] = gazes(known.frames[UNSEEN], made)
         slopes[rows[name].title] = study.score(name, "drift")
     return clouds(held, slopes)
 
@@ -223,7 +232,7 @@ def _rate(clips: pd.DataFrame) -> float:
 
 
 def _summary(study: Study, rows, part: str, known: Asked, seeds) -> Iterator[tuple]:
-    sets = {"conflict": CONFLICT, "conflict_tas": CONFLICT, "drift": GLANCES}
+    sets = {"conflict": CONFLICT, "conflict_tas": CONFLICT}
     for name in (*rows, REAL):
         for metric in next(iter(study.draws[name].values())):
             n = len(known.clips[sets.get(metric, UNSEEN)])
