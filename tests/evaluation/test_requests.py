@@ -9,7 +9,7 @@ from mimeline.evaluation.requests import SMILES, as_frames, conflict, requests
 from mimeline.evaluation.variants import ASKED, CONFLICT, UNSEEN
 from mimeline.vocabulary import ACTIONS, TRACKS, track_actions
 
-lengths, seeds = st.integers(64, 400), st.integers(0, 2**32 - 1)
+lengths, seeds = st.integers(136, 400), st.integers(0, 2**32 - 1)
 
 
 def told(timeline, actions) -> np.ndarray:
@@ -34,6 +34,7 @@ def test_every_smile_has_raised_brows_about_it_and_nothing_else_is_asked(length,
     timeline = conflict(length, np.random.default_rng(seed))
     assert not told(timeline, set(ACTIONS) - {*SMILES, "BrowUp"}).any()
     smiles = runs(told(timeline, SMILES).any(axis=1))
+    assert smiles
     raised = runs(told(timeline, ["BrowUp"])[:, 0])
     for (first, last), (start, end) in zip(smiles, raised, strict=True):
         assert 30 <= last - first <= 80

@@ -37,7 +37,7 @@ STUDIES = ("sweep", "experiments", "ablations")  # targets that `all` does not h
 GRID = {
     "sweep": {"n_clusters": [3], "beta": [40.0], "seeds": 1},
     "experiments": {"seeds": 1},
-    "ablations": {"variants": ["no-branch"], "seeds": 1, "timelines": 2, "frames": 64},
+    "ablations": {"variants": ["no-branch"], "seeds": 1, "timelines": 2, "frames": 136},
 }
 FINISHED = "finished"  # what the toy run left, whatever is done to it later
 GOLDEN = CHECKOUT / "tests" / "tracking" / "golden"  # small takes of each format

@@ -264,7 +264,9 @@ class Ablations(Section):
     )
     seeds: Count = Field(3, description="trainings of each, the first with train.timeline's seed")
     timelines: Count = Field(80, description="made-up timelines of smiles with raised brows")
-    frames: Annotated[int, Field(ge=64)] = Field(256, description="frames of such a timeline")
+    frames: Annotated[int, Field(ge=136)] = Field(
+        256, description="frames of such a timeline, of which the shortest holds a smile"
+    )
     seed: Seed = Field(0, description="seed of these timelines")
 
 

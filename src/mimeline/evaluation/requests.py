@@ -47,7 +47,10 @@ def requests(
 
 
 def conflict(length: int, rng: np.random.Generator) -> np.ndarray:
-    """(length, 16) bool: smiles of either size, each with raised brows, and nothing else."""
+    """(length, 16) bool: smiles of either size, each with raised brows, and nothing else.
+
+    There is one from 136 frames on, the least that may be configured.
+    """
     timeline = np.zeros((length, len(ACTIONS)), dtype=bool)
     first = int(rng.integers(*PAUSE, endpoint=True))
     while (last := first + int(rng.integers(*SMILE, endpoint=True))) + SHIFT <= length:

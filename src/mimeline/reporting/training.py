@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from mimeline import tables
+from mimeline.progress import duration
 from mimeline.reporting import words
 from mimeline.reporting.dots import DotChart, dot_chart
 from mimeline.reporting.drawing import Scale, curve, ticks
@@ -112,7 +113,7 @@ def _facts(losses: pd.DataFrame) -> list[str]:
     if losses.empty:
         return []
     last = losses.iloc[-1]
-    facts = [f"{words.count(last['step'])} steps in {_duration(last['seconds'])}"]
+    facts = [f"{words.count(last['step'])} steps in {duration(last['seconds'])}"]
     checked = losses.dropna(subset=["val_loss"])
     if len(checked):
         best = checked.loc[checked["val_loss"].idxmin()]
@@ -122,12 +123,6 @@ def _facts(losses: pd.DataFrame) -> list[str]:
         )
     facts.append(f"last training loss {words.number(last['loss'])}")
     return facts
-
-
-def _duration(seconds: float) -> str:
-    if seconds < 90:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 5400 else f"{seconds / 3600:.1f} h"
 
 
 def loss_curve(losses: pd.DataFrame) -> Curve:
