@@ -1,7 +1,6 @@
 """What rules and adapters share: configuration, a stage's surroundings, a digest of its code."""
 
 import ast
-import errno
 import hashlib
 import logging
 import re
@@ -18,10 +17,10 @@ from typing import Any
 from mimeline.clips.exclusions import read_exclusions
 from mimeline.config import validate
 from mimeline.errors import BadConfig, MimelineError, NoSuchFile
+from mimeline.room import FULL, NoRoom
 from mimeline.vocabulary import SERIES_REGIONS, resource
 
 PACKAGE = "mimeline"
-DISK_FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 def settle_config(config: dict[str, Any]) -> dict[str, Any]:
@@ -184,8 +183,9 @@ def stage(snakemake) -> Iterator[SimpleNamespace]:
     except KeyboardInterrupt:
         sys.exit(130)
     except Exception as error:
-        if getattr(error, "errno", None) in DISK_FULL:
-            logging.getLogger(PACKAGE).error("%s", _no_space(next(iter(targets.values())).parent))
+        if getattr(error, "errno", None) in FULL:
+            folder = next(iter(targets.values())).parent
+            logging.getLogger(PACKAGE).error("%s", NoRoom.of(folder, "the results"))
         else:
             logging.getLogger(PACKAGE).exception("an error of mimeline's own; please report it")
         sys.exit(1)
@@ -195,15 +195,6 @@ def stage(snakemake) -> Iterator[SimpleNamespace]:
         for handler in handlers:
             logging.getLogger(PACKAGE).removeHandler(handler)
             handler.close()
-
-
-def _no_space(folder: Path) -> MimelineError:
-    return MimelineError(
-        folder,
-        found="no space left on its disk",
-        expected="room for the results",
-        remedy="Free some, then type the same command: what is done stays done.",
-    )
 
 
 def _log_to(path: str) -> tuple[logging.Handler, ...]:

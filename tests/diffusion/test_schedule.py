@@ -38,10 +38,15 @@ def test_the_linear_schedule_of_a_thousand_steps_is_that_of_the_literature():
 
 
 @pytest.mark.parametrize("steps", [500, 2000])
-def test_a_linear_schedule_ends_as_noisy_in_any_number_of_steps(steps):
+def test_a_linear_schedule_of_many_steps_ends_as_noisy_as_that_of_a_thousand(steps):
     assert linear(steps).log_snr[-1].item() == pytest.approx(
         linear(1000).log_snr[-1].item(), rel=0.05
     )
+
+
+@pytest.mark.parametrize("steps", [10, 30, 100])
+def test_a_linear_schedule_of_few_steps_ends_with_no_less_noise(steps):
+    assert linear(steps).log_snr[-1] < linear(1000).log_snr[-1]
 
 
 @pytest.mark.parametrize("dtype", [torch.float32, torch.float64])

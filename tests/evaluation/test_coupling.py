@@ -3,13 +3,14 @@ import pandas as pd
 import pytest
 
 from mimeline.annotation.scores import interval, resampled
-from mimeline.evaluation.coupling import FOLLOWS, LAG, drift, gazes
+from mimeline.evaluation.coupling import FOLLOWS, drift, gazes
 from mimeline.evaluation.requests import as_frames
 from mimeline.toy import simulate
-from mimeline.vocabulary import ACTIONS, CHANNELS, track_actions
+from mimeline.vocabulary import ACTIONS, track_actions
+
+from ..glances import GAZES, followed, glances
 
 CLIPS, LAW = 60, 0.15
-GAZES = [action for track in FOLLOWS for action in track_actions(track)]
 NAMES = [f"glances-{number:03d}" for number in range(CLIPS)]
 
 
@@ -17,27 +18,6 @@ def slope(frames, motion, resamples=0):
     clips = sorted(frames["clip_id"].unique())
     weights = resampled(len(clips), resamples, np.random.default_rng(0))
     return drift(gazes(frames, motion), clips, weights)
-
-
-def acted(frames, law) -> pd.DataFrame:
-    """A gaze of its own size in each frame of one that is told, and a head that follows it."""
-    values = {name: np.zeros(len(frames)) for name in CHANNELS}
-    rng = np.random.default_rng(0)
-    for track, (gaze, head, _) in FOLLOWS.items():
-        for sign, action in zip((1, -1), track_actions(track), strict=True):
-            on = frames[action].to_numpy(bool)
-            run = np.cumsum(np.diff(on, prepend=False) & on)  # number of each gaze
-            values[gaze] += sign * on * rng.uniform(0.2, 0.5, run.max() + 1)[run]
-        values[head] = law * np.roll(values[gaze], LAG)
-    return frames[["clip_id", "frame"]].assign(valid=True, **values)
-
-
-def glances(rng) -> np.ndarray:
-    """(160, 16) bool: two held gazes, one after the other, each to any side."""
-    timeline = np.zeros((160, len(ACTIONS)), bool)
-    for first in (20, 90):
-        timeline[first : first + 50, list(ACTIONS).index(rng.choice(GAZES))] = True
-    return timeline
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +51,7 @@ def test_the_slope_is_that_by_which_the_head_follows_whatever_a_timeline_tells(l
 
 
 def test_held_gazes_and_the_head_behind_them_are_measured_to_the_frame(asked):
-    motion = acted(asked, LAW)
+    motion = followed(asked, LAW, np.random.default_rng(0))
     held = gazes(asked, motion)
     assert set(held["action"]) == {*GAZES}
     np.testing.assert_allclose(held["head"], LAW * held["gaze"])
@@ -98,12 +78,26 @@ def test_a_head_that_does_not_follow_has_no_drift(world):
 
 
 def test_gazes_count_only_while_the_head_rests_and_the_brow_does_for_looks_up_or_down(asked):
-    motion = acted(asked, LAW)
+    motion = followed(asked, LAW, np.random.default_rng(0))
     assert set(gazes(asked.assign(HeadLeft=True), motion)["track"]) == {"gaze_v"}
     assert set(gazes(asked.assign(BrowUp=True), motion)["track"]) == {"gaze_h"}
 
 
+def test_what_is_not_measured_is_no_rest(asked):
+    motion = followed(asked, LAW, np.random.default_rng(0))
+    unknown = asked.assign(BrowUp=pd.array([pd.NA] * len(asked), "boolean"))
+    assert set(gazes(unknown, motion)["track"]) == {"gaze_h"}
+
+
+@pytest.mark.parametrize("left", ["no clip", "no valid frame"])
+def test_where_nothing_is_left_there_is_no_gaze(asked, left):
+    motion = followed(asked, LAW, np.random.default_rng(0)).assign(valid=False)
+    found = gazes(asked[:0] if left == "no clip" else asked, motion)
+    assert found.empty
+    assert drift(found, [], np.ones((1, 0))) is None
+
+
 def test_without_a_head_or_enough_gazes_there_is_no_drift(asked):
-    motion = acted(asked, LAW)
+    motion = followed(asked, LAW, np.random.default_rng(0))
     assert slope(asked, motion.assign(head_yaw_left=np.nan, head_pitch_up=np.nan)) is None
     assert slope(asked[asked["clip_id"] <= "glances-002"], motion) is None

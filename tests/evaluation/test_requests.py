@@ -64,7 +64,7 @@ def drawn(tmp_path):
             unseen=100,
             choice_seed=0,
             timelines=3,
-            length=128,
+            length=136,
             seed=seed,
         )
         return paths, {name: tables.read(tables.FRAMES, path) for name, path in paths.items()}
@@ -76,7 +76,7 @@ def test_unseen_clips_are_asked_for_as_they_are_annotated(drawn):
     _, asked = drawn()
     assert sorted(asked[UNSEEN]["clip_id"].unique()) == [f"clip-{n:03d}" for n in range(4)]
     assert asked[CONFLICT].groupby("clip_id").size().to_dict() == {
-        f"conflict-{n:03d}": 128 for n in range(3)
+        f"conflict-{n:03d}": 136 for n in range(3)
     }
 
 

@@ -6,7 +6,9 @@ import pytest
 
 from mimeline import tables
 from mimeline.config.sections import TimelineSampling
-from mimeline.evaluation.timeline import choose, clip_values, evaluate_timeline, moving
+from mimeline.evaluation.clip_motion import clip_values, moving
+from mimeline.evaluation.timeline import evaluate_timeline
+from mimeline.evaluation.unseen import choose
 from mimeline.vocabulary import CHANNELS
 
 ANNOTATE = {"closed": 0.5, "gaze_deg": 8.0, "head_deg": 8.0, "hysteresis": 0.0, "min_frames": 1}

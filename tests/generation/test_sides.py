@@ -52,12 +52,13 @@ def test_each_sequence_is_told_its_own_diffusion_step():
 def test_every_channel_and_its_mirror_image_share_the_face():
     for name, channel in CHANNELS.items():
         assert left_share(name) + left_share(channel.mirror) == 1
-        assert (left_share(name) == 0.5) == (name == channel.mirror or name in WAYS), name
+        whole = name == channel.mirror or name in WAYS or name.startswith("eyeLook")
+        assert (left_share(name) == 0.5) == whole, name
 
 
 WAYS = ("jawLeft", "jawRight", "mouthLeft", "mouthRight")
 
 
-@pytest.mark.parametrize("name", ["eyeBlinkLeft", "cheekSquintLeft", "eyeLookOutLeft"])
+@pytest.mark.parametrize("name", ["eyeBlinkLeft", "cheekSquintLeft", "browDownLeft"])
 def test_channels_of_the_left_half_are_left(name):
     assert left_share(name) == 1

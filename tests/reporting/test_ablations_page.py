@@ -6,20 +6,22 @@ import pytest
 
 from mimeline import tables
 from mimeline.config.sections import TimelineModel
-from mimeline.evaluation.coupling import FOLLOWS, LAG
+from mimeline.evaluation.coupling import FOLLOWS
 from mimeline.evaluation.requests import as_frames, conflict
 from mimeline.evaluation.variants import ASKED, CONFLICT, MADE, OURS, UNSEEN, variants
-from mimeline.reporting.ablation_claims import DIVIDED, claims, judged, published
+from mimeline.reporting.ablation_claims import DIVIDED, claims, judged
 from mimeline.reporting.ablation_pictures import telling
 from mimeline.reporting.ablation_scores import Study
 from mimeline.reporting.ablations import ablations
 from mimeline.reporting.claims import HARDLY, OTHER, SAME, TIE
-from mimeline.vocabulary import ACTIONS, CHANNELS, resource, track_actions
+from mimeline.reporting.published import published
+from mimeline.vocabulary import ACTIONS, resource
+
+from ..glances import followed, glances
 
 CONFIGURED = TimelineModel().model_dump()
 WANTED = ["no-branch", "no-base"]
 CLIPS = {UNSEEN: 24, CONFLICT: 3}
-GAZES = [action for track in FOLLOWS for action in track_actions(track)]
 
 
 def asked(name, rng) -> pd.DataFrame:
@@ -27,25 +29,11 @@ def asked(name, rng) -> pd.DataFrame:
     return as_frames(name, drawn, set(ACTIONS))
 
 
-def glances(rng) -> np.ndarray:
-    """(160, 16) bool: two held gazes, one after the other, each to any side."""
-    timeline = np.zeros((160, len(ACTIONS)), bool)
-    for first in (20, 90):
-        timeline[first : first + 50, list(ACTIONS).index(rng.choice(GAZES))] = True
-    return timeline
-
-
-def acted(frames, rng, follows=0.15) -> pd.DataFrame:
-    """Motion with gazes of any size, and a head that goes with them."""
-    values = {name: rng.uniform(0, 0.2, len(frames)) for name in CHANNELS}
-    for track, (gaze, head, _) in FOLLOWS.items():
-        on = frames[list(track_actions(track))].to_numpy(bool)
-        run = np.cumsum(np.diff(on.any(axis=1), prepend=False) & on.any(axis=1))
-        size = rng.uniform(0.2, 0.5, run.max() + 1)[run]
-        values[gaze] = size * (on[:, 0].astype(float) - on[:, 1])
-        values[head] = follows * np.roll(values[gaze], LAG) + rng.normal(0, 0.003, len(frames))
-    facts = {"valid": True, "confidence": np.nan, "tracker_loss": np.nan}
-    return frames[["clip_id", "frame"]].assign(**facts, **values)
+def trembling(frames, rng, law=0.15) -> pd.DataFrame:
+    motion = followed(frames, law, rng)
+    heads = [head for _, head, _ in FOLLOWS.values()]
+    motion[heads] += rng.normal(0, 0.003, (len(frames), len(heads)))
+    return motion
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +53,7 @@ def runs(tmp_path_factory):
         for name in MADE:
             frames, key = told.get(name, told[UNSEEN]), (variant, 0, name)
             seen = frames.assign(BrowUp=frames["BrowUp"] & (rng.random(len(frames)) > lost))
-            made[key] = written(tables.MOTION, acted(frames, rng, law), f"{variant}-{name}")
+            made[key] = written(tables.MOTION, trembling(frames, rng, law), f"{variant}-{name}")
             if name in ASKED:
                 found[key] = written(tables.FRAMES, seen, f"{variant}-{name}-found")
     others = as_frames("other", [glances(rng)] * 20, set(ACTIONS))
@@ -77,7 +65,7 @@ def runs(tmp_path_factory):
         "asked": {name: written(tables.FRAMES, own, name) for name, own in told.items()},
         "made": made,
         "found": found,
-        "motions": [written(tables.MOTION, acted(real, rng), "motion")],
+        "motions": [written(tables.MOTION, trembling(real, rng), "motion")],
         "frames": [written(tables.FRAMES, real, "frames")],
         "clips": [written(tables.CLIPS, tables.empty(tables.CLIPS), "clips")],
         "split": written(tables.SPLIT, split, "split"),
@@ -117,7 +105,7 @@ def page(runs, tmp_path, caplog):
     return page
 
 
-def test_the_table_stands_beside_the_papers_on_the_page_and_in_the_terminal(page, caplog):
+def test_the_table_stands_beside_the_papers_and_is_told_in_the_terminal(page, caplog):
     html, summary = page()
     for title in ("Ours", "w/o branch", "w/o base", "real clips"):
         assert f'<th scope="row">{title}' in html
@@ -178,8 +166,7 @@ def scores(**each) -> Study:
 def test_a_claim_holds_where_the_interval_and_all_seeds_say_so(other, words):
     study = scores(ours=(0.9, 0.9), no_branch=other)
     rows = variants(CONFIGURED, ["no-branch"])
-    paper = published(pd.read_csv(resource("paper_ablations.csv")))
-    (said,) = judged(study, rows, CONFIGURED["branch_layers"], paper)
+    (said,) = judged(study, rows, CONFIGURED["branch_layers"], published())
     assert said.verdict.words == words
     assert said.paper == pytest.approx(0.18)
 

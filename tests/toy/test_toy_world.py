@@ -288,10 +288,33 @@ def test_a_frown_moves_the_brow_as_far_as_a_strong_one(frowning):
     assert rows.loc[~rows["BrowDown"], "browDownLeft"].median() < 0.3
 
 
-def test_a_world_of_no_frowning_smiles_is_the_world():
-    ours, plain = simulate(4, 8, 5, smiles_frown=0.0), simulate(4, 8, 5)
+@pytest.fixture
+def without_the_habit(monkeypatch):
+    """Simulates a world whose people cannot frown when they smile."""
+
+    def made(*args):
+        with monkeypatch.context() as patch:
+            patch.setattr(plan, "frowning", lambda events, share, rng: events)
+            return simulate(*args, smiles_frown=1.0)
+
+    return made
+
+
+def test_a_world_of_no_frowning_smiles_is_one_without_the_habit(without_the_habit):
+    ours, plain = simulate(4, 8, 5, smiles_frown=0.0), without_the_habit(4, 8, 5)
     for name in ("motion", "clean", "frames", "intervals"):
         pd.testing.assert_frame_equal(getattr(ours, name), getattr(plain, name))
+
+
+def test_where_every_smile_frowns_the_brow_of_other_frames_only_gives_way(without_the_habit):
+    plain, every = without_the_habit(4, 8, 5), simulate(4, 8, 5, smiles_frown=1.0)
+    brow, smiling = ["BrowUp", "BrowDown"], plain.frames[list(plan.SMILES)].any(axis=1)
+    assert every.frames.loc[smiling, "BrowDown"].all()
+    before, after = (w.frames.loc[~smiling, brow].to_numpy(bool) for w in (plain, every))
+    assert (after <= before).all()
+    kept, given_way = after & before, before & ~after
+    assert kept.any()
+    assert given_way.any()
 
 
 def test_the_habit_changes_nothing_but_the_brow(world, frowning):

@@ -9,8 +9,8 @@ import safetensors.torch
 import torch
 
 from mimeline import __version__
+from mimeline.room import NoRoom
 from mimeline.training.checkpoint import BadCheckpoint, EmptyCheckpoint, load, losses, reason
-from mimeline.training.room import NoRoom
 
 
 @pytest.fixture
@@ -83,10 +83,19 @@ def test_another_version_is_a_typed_error_that_says_which_and_what_to_do(own, ch
         load(own)
 
 
-def test_other_channels_are_a_typed_error_that_names_them(trained):
-    load(trained, channels=["head_yaw_left", "jawOpen", "browInnerUp"])  # in any order
-    with pytest.raises(BadCheckpoint, match=r"no gaze_left; browInnerUp, jawOpen, which is not"):
-        load(trained, channels=["head_yaw_left", "gaze_left"])
+def test_channels_that_nobody_knows_are_a_typed_error_that_names_them(own):
+    described = json.loads((own / "channels.json").read_text())
+    described["channels"][0]["name"] = "noseWiggle"
+    (own / "channels.json").write_text(json.dumps(described))
+    with pytest.raises(BadCheckpoint, match="the channel noseWiggle, expected channels that"):
+        load(own)
+
+
+def test_channels_of_another_model_are_a_typed_error(own):
+    described = json.loads((own / "channels.json").read_text())
+    (own / "channels.json").write_text(json.dumps({"channels": described["channels"][:-1]}))
+    with pytest.raises(BadCheckpoint, match="that fit config"):
+        load(own)
 
 
 def damage(weights, how):

@@ -44,3 +44,11 @@ def test_a_short_training_has_fifty_rows_and_a_long_one_a_row_each_250_steps(clo
     steps(long, clock, 1, 750, 0.0)
     assert len(brief.losses()) == 50
     assert long.losses()["step"].tolist() == [250, 500, 750]
+
+
+def test_a_row_s_means_leave_out_what_was_too_large_for_float16():
+    told, large = Journal(100, None), float("inf")  # a row each two steps
+    for step, norm in enumerate((large, 3.0, 1.0, 3.0, large, large), start=1):
+        told.note(step, step / 2, norm, 1e-3, lambda: None)
+    assert [row[1] for row in told.rows] == [0.75, 1.75, 2.75]
+    assert [row[4] for row in told.rows] == [3.0, 2.0, None]

@@ -1,4 +1,7 @@
+import fcntl
+import os
 import signal
+import tempfile
 import time
 
 import pytest
@@ -9,7 +12,7 @@ from mimeline.training.checkpoint import losses
 from mimeline.training.processes import LostProcess, together
 
 TASKS = """
-import os, signal, time
+import fcntl, os, signal, time
 import torch
 from mimeline.errors import BadConfig
 
@@ -22,6 +25,11 @@ def one_is_killed(word):
     if torch.distributed.get_rank() == 1:
         os.kill(os.getpid(), signal.SIGKILL)
     torch.distributed.barrier()
+
+def all_lock_a_file(folder):
+    with open(f"{folder}/{torch.distributed.get_rank()}", "w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        time.sleep(60)
 """
 
 
@@ -59,3 +67,41 @@ def test_an_error_in_one_process_is_the_error_of_all(tasks):
 def test_a_process_that_is_killed_ends_all_and_is_told(tasks):
     with pytest.raises(LostProcess, match=rf"process 2 of 2.*signal {signal.SIGKILL:d}"):
         together(2, "gloo", tasks.one_is_killed, "word")
+
+
+def locked(folder) -> int:
+    """How many files a living process has locked."""
+    count = 0
+    for path in folder.iterdir():
+        with path.open() as file:
+            try:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                count += 1
+    return count
+
+
+def until(happens, limit_s: float) -> bool:
+    """Wait until it happens; whether it did in time."""
+    end = time.monotonic() + limit_s
+    while not (done := happens()) and time.monotonic() < end:
+        time.sleep(0.02)
+    return done
+
+
+def test_the_processes_end_with_a_parent_that_is_killed(tasks, tmp_path, monkeypatch):
+    folder = tmp_path / "locks"
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))  # for what a killed one leaves
+    parent = os.fork()
+    if not parent:
+        try:
+            together(2, "gloo", tasks.all_lock_a_file, str(folder))
+        finally:
+            os._exit(1)
+    try:
+        assert until(lambda: locked(folder) == 2, 40)
+    finally:
+        os.kill(parent, signal.SIGKILL)
+        os.waitpid(parent, 0)
+    assert until(lambda: locked(folder) == 0, 15)

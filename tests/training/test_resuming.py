@@ -9,8 +9,10 @@ import pytest
 import safetensors.torch
 import torch
 
+from mimeline.room import NoRoom
+from mimeline.training.average import Average
 from mimeline.training.checkpoint import losses
-from mimeline.training.room import NoRoom
+from mimeline.training.journal import Journal
 from mimeline.training.state import State, finished
 
 STEPS, SAVED = 6, 2
@@ -100,6 +102,22 @@ def test_a_training_killed_amid_a_save_ends_with_the_same_losses_and_weights(
     assert "resumed at step 2 of 6" in caplog.text
     assert same(checkpoint, whole_run)
     assert not list(tmp_path.rglob("*.tmp"))
+
+
+def scaled_from(scale: float, folder: Path) -> tuple[State, torch.amp.GradScaler]:
+    """The state of a training in float16, and what scales its gradients."""
+    model, scaler = torch.nn.Linear(1, 1), torch.amp.GradScaler("cpu", init_scale=scale)
+    rest = torch.optim.AdamW(model.parameters()), scaler, torch.Generator(), Journal(9, None)
+    return State(folder, model, Average(model, 0.9), *rest), scaler
+
+
+def test_a_resumed_training_scales_its_gradients_as_before(tmp_path):
+    state, scaler = scaled_from(32.0, tmp_path)
+    state.save(4)
+    resumed, fresh = scaled_from(2.0, tmp_path)
+    assert resumed.resume() == 4
+    assert fresh.state_dict() == scaler.state_dict()
+    assert fresh.get_scale() == 32.0
 
 
 @pytest.mark.parametrize("name", ["000000004.safetensors", "000000004.json"])

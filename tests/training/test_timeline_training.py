@@ -1,6 +1,7 @@
 from dataclasses import replace
 
 import pytest
+import safetensors.torch
 import torch
 
 from mimeline import tables
@@ -11,6 +12,7 @@ from mimeline.models.timeline import TimelineModel
 from mimeline.training import checkpoint as checkpoints
 from mimeline.training.lesson import Lesson, square_error
 from mimeline.training.timeline import noised
+from mimeline.vocabulary import ACTIONS
 
 CHANNEL_NAMES = ("browInnerUp", "jawOpen", "head_yaw_left")
 SHAPE = {
@@ -83,3 +85,35 @@ def test_clips_without_a_head_still_train(world, tmp_path, caplog):
     assert set(checkpoints.load(checkpoint).normaliser.channels) == set(CHANNEL_NAMES)
     checked = checkpoints.losses(checkpoint)["val_loss"]  # of a clip without a head
     assert checked.iloc[-1] < 0.9 * checked.iloc[0]
+
+
+@pytest.fixture
+def unasked(world, tmp_path):
+    """The world, but nobody asks for an action."""
+    found = replace(world, frames=tmp_path / "frames.parquet")
+    frames = tables.read(tables.FRAMES, world.frames)
+    tables.write(tables.FRAMES, frames.assign(**dict.fromkeys(ACTIONS, False)), found.frames)
+    return found
+
+
+@pytest.mark.parametrize(
+    ("drop_all", "drop_none", "matters"), [(1.0, 0.0, False), (0.0, 1.0, True)]
+)
+def test_a_timeline_that_is_dropped_teaches_nothing(
+    drop_all, drop_none, matters, world, unasked, tmp_path
+):
+    weights = []
+    for name, asked in (("world", world), ("unasked", unasked)):
+        changes = {"drop_all": drop_all, "drop_none": drop_none, "steps": 3}
+        folder = asked.train(tmp_path / name, **changes)
+        weights.append(safetensors.torch.load_file(folder / "model.safetensors"))
+    differ = [name for name in weights[0] if not torch.equal(weights[0][name], weights[1][name])]
+    assert bool(differ) == matters
+
+
+def test_a_trained_model_knows_the_jitter_of_its_channels(trained):
+    found = checkpoints.load(trained)
+    jitter = found.model.jitter
+    sizes = (jitter.basis @ jitter.variance.diag() @ jitter.basis.T).diag().sqrt()
+    planted = torch.from_numpy(0.02 / found.normaliser.std)  # of a world whose noise is 0.02
+    assert sizes.tolist() == pytest.approx(planted.tolist(), rel=0.2)

@@ -47,9 +47,9 @@ rule train_variant:
     wildcard_constraints:
         variant="|".join(VARIANTS),
         seed=r"\d+",
-    threads: 1
+    threads: config["train"]["hardware"]["processes"]
     resources:
-        mem_mb=3000,
+        mem_mb=3000 * config["train"]["hardware"]["processes"],
     params:
         options=lambda wildcards: {
             **config["train"]["timeline"],
@@ -94,8 +94,12 @@ rule generate_variant:
         mem_mb=3000,
     params:
         annotate=lookup("annotate", within=config),
-        options=lookup("evaluate/timeline", within=config),
-        code=code_digest("mimeline.evaluation.ablations"),
+        sampling={
+            key: value
+            for key, value in config["evaluate"]["timeline"].items()
+            if key not in ("timelines", "seed")
+        },
+        code=code_digest("mimeline.evaluation.variant_motion"),
     message:
         "Asking the variant {wildcards.variant}, seed {wildcards.seed}, for the timelines"
     script:

@@ -1,6 +1,6 @@
 from typing import TYPE_CHECKING
 
-from mimeline.evaluation.ablations import generated
+from mimeline.evaluation.variant_motion import generated
 from mimeline.evaluation.variants import ASKED, MADE
 from mimeline.workflow import by_name, by_region, stage
 
@@ -16,7 +16,7 @@ with stage(snakemake) as job:
         made=by_name(MADE, job.output.made),
         found=by_name(ASKED, job.output.found),
         annotate=job.params.annotate,
-        options=job.params.options,
+        sampling=job.params.sampling,
         seed=int(job.wildcards.seed),
         threads=job.threads,
     )

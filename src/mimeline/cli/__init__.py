@@ -116,6 +116,23 @@ def _parser() -> argparse.ArgumentParser:
     )
     funnel.set_defaults(run=_funnel)
 
+    check_data = commands.add_parser(
+        "check-data",
+        parents=[of_a_run, for_programs],
+        help="before a long training: is there enough data, of what, and what is odd",
+        description="What a training would find in a run's annotated and divided clips: parts, "
+        "windows, channels, actions. The exit code is 1 on a problem, 0 where there are only "
+        "remarks.",
+    )
+    check_data.add_argument(
+        "--config",
+        type=Path,
+        action="append",
+        default=[],
+        help="a configuration to go by; without it that of the run",
+    )
+    check_data.set_defaults(run=_check_data)
+
     label = commands.add_parser(
         "label",
         parents=[of_a_run, with_a_page],
@@ -224,6 +241,17 @@ def _funnel(arguments: argparse.Namespace) -> int:
 
     found = funnel.funnel(arguments.results, arguments.config, arguments.set)
     say(funnel.as_json(found) if arguments.json else funnel.as_text(found, colour()))
+    return 0 if found.sound else 1
+
+
+def _check_data(arguments: argparse.Namespace) -> int:
+    from mimeline.inspection.check_data import as_json, as_text, check_data
+
+    found, plan = check_data(arguments.results, arguments.config)
+    if arguments.json:
+        say(as_json(found, plan))
+    else:
+        say(as_text(found, plan, arguments.results, colour()))
     return 0 if found.sound else 1
 
 

@@ -155,7 +155,9 @@ class TimelineModel(Section):
         description="what a layer reads of the timeline: initial, the timeline itself; carried, "
         "what the layer before made of it",
     )
-    diffusion_steps: Count = Field(1000, description="steps of the noise schedule")
+    diffusion_steps: Annotated[int, Field(ge=10)] = Field(
+        1000, description="steps of the noise schedule"
+    )
     schedule: Literal["cosine", "linear"] = Field(
         "cosine", description="how the noise rises over the steps"
     )
@@ -223,7 +225,7 @@ class TimelineSampling(Section):
     timelines: Count = Field(
         100, description="timelines asked for, from clips kept out of training"
     )
-    seed: Seed = Field(0, description="seed of the noise")
+    seed: Seed = Field(0, description="seed of the choice of these clips, and of the noise")
 
 
 class Evaluate(Section):

@@ -1,6 +1,7 @@
 """How far the head goes with the eyes, which no timeline tells (Ma et al. 2025, 4.2)."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 import pandas as pd
@@ -22,21 +23,23 @@ LEAST_GAZES = 12  # of a track, below which a slope says nothing
 def gazes(frames: pd.DataFrame, motion: pd.DataFrame) -> pd.DataFrame:
     """A row for each gaze that is held while the head is told, or found, to be at rest.
 
-    frames, motion: tables with the same frames of the same clips. Returns clip_id, track, action,
-    gaze and head: the mean angles in radians over the held part, that of the head LAG frames later.
+    frames, motion: tables with the same frames of the same clips. What is not measured may be
+    anything, and is no rest. Returns clip_id, track, action, gaze and head: the mean angles in
+    radians over the held part, that of the head LAG frames later.
     """
     both = frames.merge(motion, on=["clip_id", "frame"]).sort_values(["clip_id", "frame"])
     both = both[both["valid"].astype(bool)].reset_index(drop=True)
     told = both[list(ACTIONS)].fillna(False).to_numpy(bool)
-    borders = np.append(run_starts(both)[1:], len(both))
+    not_told = ~both[list(ACTIONS)].fillna(True).to_numpy(bool)
+    borders = np.append(run_starts(both), len(both))
     found = []
     for track, (gaze, head, others) in FOLLOWS.items():
         angle, follower = (both[name].to_numpy("float64") for name in (gaze, head))
-        still = ~told[:, _columns(others)].any(axis=1)
+        still = not_told[:, _columns(others)].all(axis=1)
         for action in track_actions(track):
             on = told[:, _columns([action])[0]]
             starts = run_starts(both, on)
-            for first, last in zip(starts, [*starts[1:], len(both)], strict=True):
+            for first, last in pairwise([*starts, len(both)]):
                 end = borders[np.searchsorted(borders, first, "right")]  # of these frames
                 if not on[first] or last - first < LEAST_HELD or last + LAG > end:
                     continue
@@ -73,7 +76,8 @@ def drift(gazes: pd.DataFrame, clips: Sequence[str], weights: np.ndarray) -> np.
         n, xx, xy, yy = np.sum(directions, axis=0)  # (1 + resamples,) each
         with np.errstate(divide="ignore", invalid="ignore"):
             slopes.append(xy / xx)
-            precisions.append(xx * (n - 3) / (yy - xy * xy / xx))  # 1 / variance of the slope
+            rest = np.maximum(yy - xy * xy / xx, yy * np.finfo(float).eps)  # 0 where all lie on it
+            precisions.append(xx * (n - 3) / rest)  # 1 / variance of the slope
     if not slopes:
         return None
     return np.average(slopes, axis=0, weights=precisions)

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from mimeline import tables
-from mimeline.evaluation.timeline import choose
+from mimeline.evaluation.unseen import choose
 from mimeline.evaluation.variants import CONFLICT, UNSEEN
 from mimeline.vocabulary import ACTIONS
 

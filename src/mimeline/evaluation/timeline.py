@@ -14,10 +14,10 @@ import torch
 from mimeline import tables
 from mimeline.annotation.annotator import Annotator
 from mimeline.annotation.region_model import read_models
-from mimeline.annotation.runs import run_starts
 from mimeline.annotation.scores import confusions, interval, resampled
 from mimeline.annotation.thresholds import Limits
 from mimeline.dataset.windows import timelines
+from mimeline.evaluation.clip_motion import clip_values, motion_table, moving
 from mimeline.evaluation.motion_scores import (
     Moments,
     alignment_draws,
@@ -25,14 +25,14 @@ from mimeline.evaluation.motion_scores import (
     liveliness_draws,
     motion_draws,
 )
+from mimeline.evaluation.unseen import choose
 from mimeline.generation.request import Request
 from mimeline.generation.timeline import Sampling, generate
 from mimeline.training import checkpoint as checkpoints
-from mimeline.vocabulary import CHANNELS, UNKNOWN
+from mimeline.vocabulary import UNKNOWN
 
 log = logging.getLogger(__name__)
 
-LEAST_UNSEEN = 4  # fewer clips kept out of training say little: then training clips are added
 MODEL = "timeline"
 Spread = Callable[[np.ndarray], tuple[float, float, float]]  # draws → value, low, high
 
@@ -125,72 +125,3 @@ def evaluate_timeline(
         note(variant, len(ids), motion_draws(made, real, weights), from_zero)
     table = pd.DataFrame(rows, columns=tables.METRICS.schema.names)
     tables.write(tables.METRICS, table, metrics)
-
-
-def choose(
-    split: pd.DataFrame, frames: pd.DataFrame, wanted: int, rng: np.random.Generator
-) -> tuple[str, list[str], list[str]]:
-    """The clips whose timelines are asked for: of the test part, then val.
-
-    Training clips are added only where the others are fewer than LEAST_UNSEEN. Returns the parts
-    used ("test+val"), at most `wanted` clip ids, and as many other ids to compare with.
-    """
-    annotated = frames["clip_id"].unique()
-    split = split[split["clip_id"].isin(annotated)]
-    found: list[str] = []
-    used: list[str] = []
-    rest: list[str] = []
-    for part in ("test", "val", "train"):
-        own = rng.permutation(sorted(split.loc[split["part"] == part, "clip_id"])).tolist()
-        enough = LEAST_UNSEEN if part == "train" else wanted
-        taken = own[: wanted - len(found)] if len(found) < min(enough, wanted) else []
-        if taken:
-            used.append(part)
-        found += taken
-        rest = [*own[len(taken) :], *rest]  # training clips first: there are most of them
-    return "+".join(used) or "none", sorted(found), sorted(rest[: len(found)])
-
-
-def clip_values(
-    motion: pd.DataFrame, ids: Sequence[str], channels: Sequence[str]
-) -> list[list[np.ndarray]]:
-    """Of each of these clips its stretches of valid frames, (L, D) each, in the order of ids.
-
-    A frame counts where every channel was measured. A clip that lacks a channel altogether counts
-    nothing, since a Fréchet distance needs them all: the log says how many. What counts nothing is
-    one empty stretch.
-    """
-    motion = motion[motion["clip_id"].isin(ids) & motion["valid"].astype(bool)]
-    measured = motion[list(channels)].notna()
-    whole = measured.groupby(motion["clip_id"]).any().all(axis=1)  # by clip
-    if not whole.all():
-        log.warning(
-            "%d of %d real clips lack a channel of the model: nothing is compared with them",
-            (~whole).sum(),
-            len(whole),
-        )
-    frames = motion[measured.all(axis=1)]
-    values = frames[list(channels)].to_numpy(np.float64)
-    starts = run_starts(frames)
-    stretches = np.split(values, starts[1:]) if len(starts) else []
-    found: dict[str, list[np.ndarray]] = {}
-    for clip, stretch in zip(frames["clip_id"].to_numpy()[starts], stretches, strict=True):
-        found.setdefault(clip, []).append(stretch)
-    nothing = np.zeros((0, len(channels)))
-    return [found.get(clip, [nothing]) for clip in ids]
-
-
-def moving(clips: Sequence[Sequence[np.ndarray]]) -> int:
-    """How many of the clips of `clip_values` count."""
-    return sum(any(len(stretch) for stretch in clip) for clip in clips)
-
-
-def motion_table(
-    frames: pd.DataFrame, made: Sequence[np.ndarray], channels: Sequence[str]
-) -> pd.DataFrame:
-    """Generated motion, (L, D) per clip in the order of frames, as a `motion` table."""
-    absent = dict.fromkeys([c for c in CHANNELS if c not in channels], np.nan)
-    facts = {"valid": True, "confidence": np.nan, "tracker_loss": np.nan}
-    values = pd.DataFrame(np.concatenate(made), columns=list(channels))
-    table = pd.concat([frames[["clip_id", "frame"]], values], axis=1).assign(**facts, **absent)
-    return table[tables.MOTION.schema.names]

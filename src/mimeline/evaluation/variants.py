@@ -10,6 +10,7 @@ UNGUIDED = "unguided"  # the motion that is made of the unseen ones without guid
 MADE = (*ASKED, UNGUIDED)
 OURS = "ours"
 PAPER_LAYERS, PAPER_BRANCH = 8, 2  # of the paper's network in all, and of its branches
+PAPER_PARTS = {"branches": "halves", "timeline_tokens": "initial", "drop_each": 0.5}
 DROPS = (0.0, 0.3, 0.5, 0.7)
 
 
@@ -31,9 +32,12 @@ def variants(configured: Mapping[str, Any], wanted: Collection[str]) -> dict[str
     """By name: the configured model first, then what differs from it, each difference once.
 
     configured: the keys of train.timeline. wanted: of ablations.variants. No variant has more or
-    fewer layers than the configured model.
+    fewer layers than the configured model. The paper's own model stands beside the configured one
+    where that has the same parts.
     """
-    found = {OURS: Variant(OURS, "Ours", {}, "Ours")}
+    parts = bool(configured["base_layers"] and configured["branch_layers"])
+    same = parts and all(configured[key] == value for key, value in PAPER_PARTS.items())
+    found = {OURS: Variant(OURS, "Ours", {}, "Ours" if same else "")}
     different = [configured]
     for kind, variant in _every(configured):
         options = {**configured, **variant.changes}

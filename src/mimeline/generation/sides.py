@@ -9,6 +9,7 @@ from mimeline.diffusion.guidance import Listen
 from mimeline.diffusion.samplers import Denoiser
 
 DIRECTIONS = ("jawLeft", "jawRight", "mouthLeft", "mouthRight")  # a way to move, not a half
+TOGETHER = "eyeLook"  # both eyes look at one thing
 
 
 def two_sided(listen: Listen, channels: Sequence[str]) -> Listen:
@@ -37,6 +38,7 @@ def two_sided(listen: Listen, channels: Sequence[str]) -> Listen:
 
 def left_share(channel: str) -> float:
     """How much of a channel is the left half's: 1, 0, or one half where it has no side."""
-    if channel in DIRECTIONS or not channel.endswith(("Left", "Right")):
+    sideless = channel in DIRECTIONS or channel.startswith(TOGETHER)
+    if sideless or not channel.endswith(("Left", "Right")):
         return 0.5
     return float(channel.endswith("Left"))

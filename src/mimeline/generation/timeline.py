@@ -164,8 +164,8 @@ class Noise:
 
 def padded(timelines: Sequence[np.ndarray]) -> Tensor:
     """Timelines (L, 16) as (B, longest L, 16), unknown after their ends."""
-    parts = [torch.from_numpy(timeline) for timeline in timelines]
-    return pad_sequence(parts, batch_first=True, padding_value=UNKNOWN)
+    tensors = [torch.from_numpy(timeline) for timeline in timelines]
+    return pad_sequence(tensors, batch_first=True, padding_value=UNKNOWN)
 
 
 def batches(lengths: Sequence[int]) -> Iterator[list[int]]:

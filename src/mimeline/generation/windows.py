@@ -30,6 +30,7 @@ def windowed(listen: Listen, window: int, overlap: int) -> Listen:
         total = torch.zeros(valid.shape).index_put((row, frame), own, accumulate=True)
         share = (own / total[row, frame])[..., None]  # (N, width, 1), 1 in all at each frame
         groups = torch.arange(len(row)).split(max(1, FRAMES // width))
+        pieces = [apart(row[group]) for group in groups]
 
         def hear(group: Tensor) -> Denoiser:
             return listen(*(part[row[group], frame[group]] for part in condition))
@@ -38,10 +39,12 @@ def windowed(listen: Listen, window: int, overlap: int) -> Listen:
 
         def denoise(noisy: Tensor, step: Tensor) -> Tensor:
             blended = torch.zeros_like(noisy)  # (B, L, D)
-            for group in groups:
+            for group, own in zip(groups, pieces, strict=True):
                 at = row[group], frame[group]
                 clean = (heard or hear(group))(noisy[at], step[at[0][:, 0]])  # (n, width, D)
-                blended.index_put_(at, share[group] * clean, accumulate=True)
+                for piece in own:  # always in the same order, whatever the threads
+                    where = row[group[piece]], frame[group[piece]]
+                    blended[where] += share[group[piece]] * clean[piece]
             return blended
 
         return denoise
@@ -55,6 +58,16 @@ def windows(lengths: Tensor, width: int, overlap: int) -> tuple[Tensor, Tensor]:
     row = torch.tensor([i for i, own in enumerate(starts) for _ in own])
     first = torch.tensor([start for own in starts for start in own])
     return row[:, None], first[:, None] + torch.arange(width)
+
+
+def apart(row: Tensor) -> list[Tensor]:
+    """Windows by their place in their sequence: the first of each, the second of each, and so on.
+
+    row (N, 1): the sequence of each, in order. Of one place no two have a frame in common.
+    """
+    row = row[:, 0]
+    place = torch.arange(len(row)) - torch.searchsorted(row, row)  # (N,)
+    return [(place == own).nonzero()[:, 0] for own in range(int(place.max()) + 1)]
 
 
 def window_starts(length: int, width: int, overlap: int) -> list[int]:

@@ -44,6 +44,10 @@ class Jitter(nn.Module):
             self.basis[block] = vectors.to(self.basis)
             self.variance[columns] = values.clamp(min=0).to(self.variance)
 
+    def _apply(self, fn, recurse=True):
+        """Goes to other devices, and stays in float32: rounded, the basis is none any more."""
+        return super()._apply(lambda buffer: buffer.to(fn(buffer).device), recurse)
+
     def forward(self, noisy: Tensor, smooth: Tensor, signal: Tensor, noise: Tensor) -> Tensor:
         """The mean of smooth + jitter, given noisy = signal (smooth + jitter) + noise eps.
 

@@ -8,6 +8,7 @@ import torch
 import torch.nn.functional as F
 from torch import Tensor, nn
 
+from mimeline.diffusion.conversions import clean_from_velocity
 from mimeline.diffusion.samplers import Denoiser
 from mimeline.diffusion.schedule import SCHEDULES
 from mimeline.models.divisions import Division, parts, whole
@@ -53,7 +54,8 @@ class Network(nn.Module):
             for number, layer in enumerate(self.layers):
                 own = layer.hear(control, turns) if number else own
                 before, motion = motion, layer(motion, own, level, turns, visible)  # (B, L, d)
-                control = layer.carry(before, control, own, level, turns, visible)  # (B, L, d)
+                if layer is not self.layers[-1]:
+                    control = layer.carry(before, control, own, level, turns, visible)  # (B, L, d)
             return motion
 
         return run_carried if self.carried else run
@@ -182,7 +184,8 @@ class TimelineModel(nn.Module):
             # 4), much noise as what the layers made of all. Each channel learns its mixture.
             signal, noise = self.schedule.at(step, noisy)  # (B, 1, 1) each
             keep = self.keep(level)[:, None].sigmoid().to(noisy.dtype)  # (B, 1, D)
-            motion = keep * (signal * noisy + noise * motion) + (1 - keep) * motion
+            kept = clean_from_velocity(noisy, -motion, signal, noise)  # (B, L, D)
+            motion = keep * kept + (1 - keep) * motion
             return self.jitter(noisy, motion, signal, noise)
 
         return denoise

@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 
 from mimeline import tables
-from mimeline.evaluation.ablations import Asked, of_recordings, scored
+from mimeline.evaluation.ablations import Asked, channels_of, of_recordings, scored
 from mimeline.evaluation.coupling import gazes
-from mimeline.evaluation.timeline import choose
+from mimeline.evaluation.unseen import choose
 from mimeline.evaluation.variants import (
     ASKED,
     CONFLICT,
@@ -24,12 +24,13 @@ from mimeline.evaluation.variants import (
     Variant,
     variants,
 )
-from mimeline.reporting.ablation_claims import judged, published
+from mimeline.reporting.ablation_claims import judged
 from mimeline.reporting.ablation_pictures import Cloud, Panel, clouds, panel, telling
 from mimeline.reporting.ablation_scores import Study
 from mimeline.reporting.dots import DotChart, dot_chart
 from mimeline.reporting.page import write_page
 from mimeline.reporting.paired import Estimate
+from mimeline.reporting.published import published
 
 log = logging.getLogger(__name__)
 
@@ -103,11 +104,13 @@ def ablations(
     part, _, others = choose(tables.read(tables.SPLIT, split), marked, unseen, rng)
     told = {name: tables.read(tables.FRAMES, path) for name, path in asked.items()}
     known = Asked.of(told, motion, resamples, seed)
-    draws = {REAL: {0: of_recordings(known, motion, marked, others, seed)}}
+    channels = channels_of(runs.motion(OURS, seeds[0], UNSEEN))
+    real, counts = of_recordings(known, motion, marked, others, channels, seed)
+    draws = {REAL: {0: real}}
     for name in rows:
         draws[name] = {own: runs.scored(name, own, known) for own in seeds}
     study = Study(draws)
-    values = published(pd.read_csv(paper))
+    values = published(paper)
     metrics = {m: about for m, about in METRICS.items() if study.score(OURS, m)}
     first = seeds[0]
     fps = _rate(tables.read_all(tables.CLIPS, clips, ["fps_num", "fps_den"]))
@@ -127,7 +130,7 @@ def ablations(
     }
     write_page(page, "ablations.html.j2", "The ablation study", facts)
     table = pd.DataFrame(
-        _summary(study, rows, part, known, seeds), columns=tables.METRICS.schema.names
+        _summary(study, rows, part, known, counts, seeds), columns=tables.METRICS.schema.names
     )
     reason = "" if len(table) else "; ".join(facts["reasons"])
     tables.write(tables.METRICS, table, summary, reason)
@@ -231,11 +234,12 @@ def _rate(clips: pd.DataFrame) -> float:
     return float(Fraction(*map(int, known.iloc[0]))) if len(known) else 30.0
 
 
-def _summary(study: Study, rows, part: str, known: Asked, seeds) -> Iterator[tuple]:
+def _summary(study: Study, rows, part: str, known: Asked, real, seeds) -> Iterator[tuple]:
+    """real: of how many clips each score of the recordings is."""
     sets = {"conflict": CONFLICT, "conflict_tas": CONFLICT}
     for name in (*rows, REAL):
         for metric in next(iter(study.draws[name].values())):
-            n = len(known.clips[sets.get(metric, UNSEEN)])
+            n = real[metric] if name == REAL else len(known.clips[sets.get(metric, UNSEEN)])
             yield _line(name, part, metric, study.score(name, metric), n, seeds)
             if name not in (OURS, REAL) and (apart := study.apart(name, metric)):
                 yield _line(name, part, APART + metric, apart, n, seeds)

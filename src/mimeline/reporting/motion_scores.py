@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from mimeline.reporting import words
+from mimeline.reporting.published import published
 
 REAL = "real"
 VARIANT_WORDS = {
@@ -33,15 +34,6 @@ class Cell:
     value: str
     interval: str = ""
     about: str = ""
-
-
-# Ma et al. 2025, Table 2, row "Ours"
-PAPER = {
-    "fid_fm": Cell("0.454"),
-    "fid_delta_fm": Cell("0.009"),
-    "snd": Cell("0.463"),
-    "var": Cell("0.0070", about="real 0.0073"),
-}
 
 
 @dataclass(frozen=True)
@@ -77,7 +69,7 @@ def motion_table(metrics: pd.DataFrame, variants: list[str]) -> MotionTable | No
             *METRIC_WORDS.get(metric, (metric.replace("_", " "), "")),
             [
                 *(_cell(by_key.get((metric, v)), len(counts.get(v, ())) > 1) for v in variants),
-                PAPER.get(metric, Cell("–")),
+                _published(metric),
             ],
         )
         for metric in [*known, *other]
@@ -93,6 +85,15 @@ def _cell(row, counted: bool) -> Cell:
     spread = pd.notna(row.low) and pd.notna(row.high)
     interval = f"{words.number(row.low)} to {words.number(row.high)}" if spread else ""
     return Cell(words.number(row.value), interval, words.clips(row.n) if counted else "")
+
+
+def _published(metric: str) -> Cell:
+    """What the paper reports of its own model."""
+    values = published()
+    if ("Ours", metric) not in values:
+        return Cell("–")
+    real = values.get((REAL, metric))
+    return Cell(f"{values['Ours', metric]:g}", about="" if real is None else f"real {real:g}")
 
 
 def _clips(counts: set) -> str:

@@ -25,8 +25,8 @@ class Estimate:
 
     @property
     def tie(self) -> bool:
-        """Of a difference: whether it may be none."""
-        return self.low <= 0 <= self.high
+        """Of a difference: whether it may be none, as it may where there is no interval."""
+        return not (self.low > 0 or self.high < 0)
 
     @classmethod
     def of(cls, draws: np.ndarray) -> "Estimate":

@@ -12,6 +12,7 @@ from mimeline.reporting import words
 from mimeline.reporting.dots import DotChart, dot_chart
 from mimeline.reporting.drawing import Scale, curve, ticks
 from mimeline.reporting.motion_scores import REAL, MotionTable, motion_table
+from mimeline.reporting.published import published
 
 WIDTH, HEIGHT, LEFT, RIGHT, TOP, FOOT = 720, 250, 56, 92, 12, 34
 PREFIX = "tas_"
@@ -56,8 +57,9 @@ class Curve:
 class Model:
     """What the page says about a model.
 
-    reason: why there is none; metrics_reason: why it has no scores. tas: by variant. seen: whether
-    clips of the training are among those asked for; few: whether they are fewer than the paper's.
+    reason: why there is none; metrics_reason: why it has no scores. tas: by variant; published:
+    the paper's. seen: whether clips of the training are among those asked for; few: whether they
+    are fewer than the paper's.
     """
 
     name: str
@@ -67,6 +69,7 @@ class Model:
     facts: list[str]
     chart: DotChart | None
     tas: dict[str, float]
+    published: float
     part: str
     seen: bool
     few: bool
@@ -91,6 +94,7 @@ def model(name: str, checkpoint: str | Path, metrics: str | Path) -> Model:
         facts=_facts(losses),
         chart=dot_chart(aligned, PREFIX, REGIONS, VARIANTS),
         tas={variant: float(value) for variant, value in tas.items()},
+        published=published()["Ours", "tas"],
         part=_part(rows),
         seen="train" in "+".join(rows["part"].unique()).split("+"),
         few=bool((rows["n"] < PAPER_TIMELINES).any()),

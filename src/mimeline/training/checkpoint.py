@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from importlib.metadata import version
@@ -21,9 +21,10 @@ from mimeline.dataset.windows import Normaliser
 from mimeline.errors import MimelineError
 from mimeline.training.families import FAMILIES
 from mimeline.training.loop import Run
+from mimeline.vocabulary import CHANNELS
 
 FORMAT = 2  # of the folder; rises when what lies in it changes its meaning
-WEIGHTS, CONFIG, CHANNELS = "model.safetensors", "config.json", "channels.json"
+WEIGHTS, CONFIG, COLUMNS = "model.safetensors", "config.json", "channels.json"
 PROVENANCE, LOSSES = "provenance.json", "log.parquet"
 PACKAGES = ("accelerate", "numpy", "pandas", "pyarrow", "safetensors", "torch")
 NUMBERS = ("mean", "std", "low", "high")  # of a channel, in its unit
@@ -79,8 +80,7 @@ def save(
     model: the constructor's plain values but the channels, which the normaliser names. train: the
     config keys. fps: frames per second of the training clips. origin: from `provenance`.
     """
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = _emptied(folder)
     weights = {AVERAGED + name: value for name, value in run.average.state_dict().items()}
     weights |= {RAW + name: value for name, value in run.model.state_dict().items()}
     config = {"format": FORMAT, "mimeline": __version__, "family": family, "fps": str(fps)}
@@ -93,15 +93,14 @@ def save(
     with whole(folder / WEIGHTS) as temporary:
         temporary.write_bytes(content)  # unlike save_file's, a full disk is an OSError
     _write_json(folder / CONFIG, config)
-    _write_json(folder / CHANNELS, {"channels": channels})
+    _write_json(folder / COLUMNS, {"channels": channels})
     _write_json(folder / PROVENANCE, origin)
     tables.write(tables.LOSSES, run.losses, folder / LOSSES)
 
 
 def save_empty(folder: str | Path, why: str, origin: Mapping[str, Any]) -> None:
     """Write that nothing was trained, and why."""
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = _emptied(folder)
     _write_json(folder / PROVENANCE, origin)
     tables.write(tables.LOSSES, tables.empty(tables.LOSSES), folder / LOSSES, reason=why)
 
@@ -121,14 +120,11 @@ def losses(folder: str | Path) -> pd.DataFrame:
     return tables.read(tables.LOSSES, Path(folder) / LOSSES)
 
 
-def load(
-    folder: str | Path, averaged: bool = True, channels: Collection[str] | None = None
-) -> Trained:
+def load(folder: str | Path, averaged: bool = True) -> Trained:
     """The model of a checkpoint, with its averaged or its last weights.
 
-    channels: names of those that the caller needs it to make, in any order. Raises EmptyCheckpoint
-    where nothing was trained, BadCheckpoint where the folder is missing, damaged, of another
-    version or of other channels.
+    Raises EmptyCheckpoint where nothing was trained, BadCheckpoint where the folder is missing,
+    damaged, of another version, or of channels that are unknown or not those of its weights.
     """
     folder = Path(folder)
     if why := reason(folder):
@@ -138,10 +134,11 @@ def load(
             expected="a trained model",
             remedy="Give it more data, then run the train stage again.",
         )
-    config, described = _read_json(folder / CONFIG), _read_json(folder / CHANNELS)
+    config, described = _read_json(folder / CONFIG), _read_json(folder / COLUMNS)
     _check_version(folder / CONFIG, config)
     try:
         rows = described["channels"]
+        _check_channels(folder / COLUMNS, [row["name"] for row in rows])
         normaliser = Normaliser(
             tuple(row["name"] for row in rows),
             *(np.array([row[key] for row in rows], np.float64) for key in NUMBERS),
@@ -158,10 +155,16 @@ def load(
         *(ArithmeticError, AttributeError, KeyError, OSError, RuntimeError, TypeError, ValueError),
         SafetensorError,
     ) as error:
-        raise _bad(folder, str(error), f"{WEIGHTS} and {CHANNELS} that fit {CONFIG}") from error
-    if channels is not None:
-        _check_channels(folder / CHANNELS, set(normaliser.channels), set(channels))
+        raise _bad(folder, str(error), f"{WEIGHTS} and {COLUMNS} that fit {CONFIG}") from error
     return Trained(config["family"], model.eval().requires_grad_(False), normaliser, train, fps)
+
+
+def _emptied(folder: str | Path) -> Path:
+    """The folder, without the losses, which are written last: until then it is no checkpoint."""
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / LOSSES).unlink(missing_ok=True)
+    return folder
 
 
 def _check_version(file: Path, config: Mapping[str, Any]) -> None:
@@ -181,18 +184,14 @@ def _check_version(file: Path, config: Mapping[str, Any]) -> None:
     )
 
 
-def _check_channels(file: Path, found: set[str], wanted: set[str]) -> None:
-    if found == wanted:
-        return
-    missing, extra = sorted(wanted - found), sorted(found - wanted)
-    said = [f"no {', '.join(missing)}"] if missing else []
-    said += [f"{', '.join(extra)}, which is not asked for"] if extra else []
-    raise BadCheckpoint(
-        file,
-        found="; ".join(said),
-        expected=f"the {len(wanted)} channels of the data",
-        remedy="Use a model that was trained on these channels, or train one on this data.",
-    )
+def _check_channels(file: Path, found: Sequence[str]) -> None:
+    if unknown := [name for name in found if name not in CHANNELS]:
+        raise BadCheckpoint(
+            file,
+            found=f"the channel{'s'[: len(unknown) > 1]} {', '.join(unknown)}",
+            expected=f"channels that mimeline {__version__} knows",
+            remedy="Use a model of these, or the version that wrote it.",
+        )
 
 
 def _sha256(path: str | Path) -> str:
@@ -201,7 +200,9 @@ def _sha256(path: str | Path) -> str:
 
 
 def _write_json(path: Path, value: Mapping[str, Any]) -> None:
-    path.write_text(json.dumps(value, indent=2, ensure_ascii=False) + "\n", encoding="utf-8")
+    with whole(path) as temporary:
+        text = json.dumps(value, indent=2, ensure_ascii=False) + "\n"
+        temporary.write_text(text, encoding="utf-8")
 
 
 def _read_json(path: Path) -> dict[str, Any]:

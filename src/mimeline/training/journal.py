@@ -10,8 +10,8 @@ from typing import Any
 import pandas as pd
 
 from mimeline.progress import duration
+from mimeline.room import room
 from mimeline.training.curves import Curves
-from mimeline.training.room import AGAIN, room
 
 log = logging.getLogger(__name__)
 
@@ -80,7 +80,7 @@ class Journal:
         """Add the last row to the curves; the first time, all rows."""
         if self.folder is None:
             return
-        with room(self.folder, "the curves of the training", AGAIN):
+        with room(self.folder, "the curves of the training"):
             first = len(self.rows) - 1
             if self.curves is None:
                 self.curves, first = Curves(self.folder, time.time() - self.seconds), 0

@@ -13,9 +13,9 @@ import torch
 from torch import Tensor, nn
 
 from mimeline.atomic import whole
+from mimeline.room import room
 from mimeline.training.average import Average
 from mimeline.training.journal import Journal
-from mimeline.training.room import AGAIN, room
 
 log = logging.getLogger(__name__)
 
@@ -63,7 +63,7 @@ class State:
         content = safetensors.torch.save(self._tensors(step))
         sealed = {"step": step, "sha256": hashlib.sha256(content).hexdigest()}
         what = f"{len(content) / 1e6:.1f} MB of what resumes the training"
-        with room(self.folder, what, AGAIN):
+        with room(self.folder, what):
             with whole(weights) as temporary:
                 temporary.write_bytes(content)
             with whole(seal) as temporary:

@@ -14,11 +14,11 @@ from mimeline import tables
 from mimeline.dataset.windows import Normaliser
 from mimeline.dataset.windows import clips as as_clips
 from mimeline.errors import BadFile
+from mimeline.room import room
 from mimeline.training import checkpoint as checkpoints
 from mimeline.training.families import FAMILIES
 from mimeline.training.hardware import Hardware
 from mimeline.training.processes import together
-from mimeline.training.room import AGAIN, room
 from mimeline.training.state import key
 
 log = logging.getLogger(__name__)
@@ -78,7 +78,7 @@ def train(
     fps = frame_rate(tables.read_all(tables.CLIPS, clips), {clip.clip_id for clip in data["train"]})
 
     family = FAMILIES[model]
-    architecture = {key: options[key] for key in family.architecture}
+    architecture = {name: options[name] for name in family.architecture}
     own = key(
         family=model,
         options={name: value for name, value in options.items() if name != "save_every"},
@@ -99,7 +99,7 @@ def train(
         state and Path(state, own),
         tensorboard and Path(tensorboard, own),
     )
-    with room(Path(checkpoint).parent, "the checkpoint", AGAIN):
+    with room(Path(checkpoint).parent, "the checkpoint"):
         checkpoints.save(
             checkpoint,
             run,
