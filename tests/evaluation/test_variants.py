@@ -51,6 +51,20 @@ def test_what_is_configured_already_is_no_variant():
     assert rows["drop-0.5"].paper == "Ours"
 
 
+@pytest.mark.parametrize(
+    "keys",
+    [
+        {"drop_each": 0.3},
+        {"branches": "regions"},
+        {"timeline_tokens": "carried"},
+        {"base_layers": 3, "branch_layers": 0},
+        {"base_layers": 0, "branch_layers": 3},
+    ],
+)
+def test_the_papers_model_stands_beside_no_model_of_other_parts(keys):
+    assert planned(**keys)[OURS].paper == ""
+
+
 def test_only_what_is_wanted_is_tried_beside_ours():
     assert list(planned(["no-base", "no-branch"])) == [OURS, "no-branch", "no-base"]
 

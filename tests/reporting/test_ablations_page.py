@@ -171,6 +171,12 @@ def test_a_claim_holds_where_the_interval_and_all_seeds_say_so(other, words):
     assert said.paper == pytest.approx(0.18)
 
 
+def test_a_difference_without_an_interval_is_a_tie():
+    study = Study({OURS: {0: {"tas": np.array([0.9])}}, "no-branch": {0: {"tas": np.array([0.5])}}})
+    (said,) = judged(study, variants(CONFIGURED, ["no-branch"]), 1, {})
+    assert said.verdict.words == TIE
+
+
 def test_a_sure_but_small_difference_is_hardly_one():
     noise = np.r_[0, np.random.default_rng(0).normal(0, 0.0005, 100)]
     study = Study({OURS: {0: {"tas": 0.9 + 0 * noise}}, "no-branch": {0: {"tas": 0.895 + noise}}})
