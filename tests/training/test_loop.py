@@ -59,7 +59,7 @@ def test_the_gradient_norm_is_told_as_it_was_before_clipping():
 def test_a_wild_lesson_spoils_no_more_than_another():
     wild = replace(TRIPLE, target=-1e6 * ONES)
     run = learn(itertools.chain([TRIPLE, wild], itertools.repeat(TRIPLE)))
-    assert run.losses["loss"].iloc[-1] < 0.1 * run.losses["loss"].iloc[0]
+    assert run.losses["loss"].iloc[-1] < 0.5 * run.losses["loss"].iloc[0]
 
 
 def test_without_a_held_lesson_there_is_no_validation_loss():

@@ -29,7 +29,7 @@ def one_is_killed(word):
 def all_lock_a_file(folder):
     with open(f"{folder}/{torch.distributed.get_rank()}", "w") as file:
         fcntl.flock(file, fcntl.LOCK_EX)
-        time.sleep(60)
+        time.sleep(120)
 """
 
 
@@ -100,8 +100,8 @@ def test_the_processes_end_with_a_parent_that_is_killed(tasks, tmp_path, monkeyp
         finally:
             os._exit(1)
     try:
-        assert until(lambda: locked(folder) == 2, 40)
+        assert until(lambda: locked(folder) == 2, 300)
     finally:
         os.kill(parent, signal.SIGKILL)
         os.waitpid(parent, 0)
-    assert until(lambda: locked(folder) == 0, 15)
+    assert until(lambda: locked(folder) == 0, 60)
