@@ -4,8 +4,9 @@ import pytest
 
 from mimeline.annotation.scores import confusions
 from mimeline.evaluation.ablations import Asked, asked_draws, channels_of, of_recordings, scored
+from mimeline.evaluation.coupling import FOLLOWS, LAG
 from mimeline.evaluation.requests import as_frames, conflict
-from mimeline.evaluation.variants import CONFLICT, UNGUIDED, UNSEEN
+from mimeline.evaluation.variants import CONFLICT, EYES, NARROW, UNSEEN, WIDE
 from mimeline.vocabulary import ACTIONS
 
 from ..glances import followed, glances
@@ -37,9 +38,15 @@ def others_of(frames) -> list[str]:
 
 
 def made(asked, law=LAW) -> dict[str, pd.DataFrame]:
-    rng = np.random.default_rng(7)
-    told = {**asked, UNGUIDED: asked[UNSEEN]}
-    return {name: followed(frames, law, rng) for name, frames in told.items()}
+    motions = {n: followed(own, LAW, np.random.default_rng(7)) for n, own in asked.items()}
+    for name, far in EYES.items():  # all of the same noise
+        own = followed(asked[UNSEEN], 0, np.random.default_rng(8))
+        for gaze, head, _ in FOLLOWS.values():
+            own[head] += np.random.default_rng(9).normal(size=len(own))
+            own[gaze] *= far
+            own[head] += law * np.roll(own[gaze], LAG)
+        motions[name] = own
+    return motions
 
 
 def test_a_variant_that_does_as_asked_has_the_best_scores(asked, recorded):
@@ -51,11 +58,17 @@ def test_a_variant_that_does_as_asked_has_the_best_scores(asked, recorded):
     assert draws["snd"][0] == pytest.approx(draws["fid_fm"][0] + draws["fid_delta_fm"][0])
 
 
-def test_head_drift_is_that_of_the_motion_that_is_made_without_guidance(asked, recorded):
-    known = Asked.of(asked, recorded[0], 20, seed=0)
+@pytest.mark.parametrize("law", [0.0, 0.05, 0.4])
+def test_head_drift_is_how_far_the_head_goes_with_eyes_that_are_given(asked, recorded, law):
+    draws = scored(Asked.of(asked, recorded[0], 20, seed=0), made(asked, law), asked)
+    np.testing.assert_allclose(draws["drift"], law, atol=1e-12)
+
+
+def test_without_a_head_there_is_no_drift(asked, recorded):
     own = made(asked)
-    own[UNGUIDED] = followed(asked[UNSEEN], 0.4, np.random.default_rng(8))
-    assert scored(known, own, asked)["drift"][0] == pytest.approx(0.4)
+    for name in (NARROW, WIDE):
+        own[name] = own[name].assign(head_yaw_left=np.nan, head_pitch_up=np.nan)
+    assert "drift" not in scored(Asked.of(asked, recorded[0], 20, seed=0), own, asked)
 
 
 def test_what_was_not_made_or_has_no_value_has_no_score(asked, recorded):

@@ -61,3 +61,17 @@ def test_what_is_no_row_of_16_actions_per_frame_is_refused(values, found):
 def test_halves_of_different_length_are_refused():
     with pytest.raises(BadRequest, match="right half of the face: found 8 frames where the left"):
         Request(np.zeros((9, 16)), np.zeros((8, 16)))
+
+
+@pytest.mark.parametrize(
+    ("channel", "values", "found"),
+    [
+        ("gaze_left", np.zeros(3), r"an array of shape \(3,\)"),
+        ("gaze_left", np.array([0, np.nan, 0, 0]), "no finite number"),
+        ("gazeLeft", np.zeros(4), "a name that is no channel's"),
+    ],
+)
+def test_what_is_known_is_a_number_for_each_frame_of_a_channel(channel, values, found):
+    nothing = np.zeros((4, len(ACTIONS)))
+    with pytest.raises(BadRequest, match=f"known {channel}.*{found}"):
+        Request(nothing, nothing, {channel: values})

@@ -63,6 +63,26 @@ def test_motion_stays_within_what_training_has_seen(checkpoint, sampling):
     assert motion.max() == pytest.approx(0.5)
 
 
+def test_what_is_known_stays_and_the_rest_goes_with_it(checkpoint, sampling):
+    (values,) = timelines(3 * WINDOW)
+    rise = np.linspace(0.3, 0.5, len(values))
+    requests = [Request(values, values, known) for known in ({}, {"head_yaw_left": rise})]
+    free, bound = (generate(checkpoint, [own], sampling(), seed=0)[0] for own in requests)
+    np.testing.assert_allclose(bound[:, 4], rise, atol=1e-6)
+    assert np.abs(bound[:, :4] - free[:, :4]).max() > 0.01
+    both = generate(checkpoint, [requests[1], *asked(7)], sampling(), seed=0)
+    np.testing.assert_allclose(both[0], bound, atol=1e-5)  # whatever others know
+
+
+def test_what_is_known_of_a_channel_that_the_model_lacks_is_told(checkpoint, sampling, caplog):
+    (values,) = timelines(9)
+    knowing = Request(values, values, {"tongueOut": np.zeros(9)})
+    (found,) = generate(checkpoint, [knowing], sampling(), seed=0)
+    (without,) = generate(checkpoint, [Request(values, values)], sampling(), seed=0)
+    np.testing.assert_array_equal(found, without)
+    assert "the model does not have tongueOut" in caplog.text
+
+
 def test_a_seed_settles_the_motion(checkpoint, sampling):
     one, two, other = (generate(checkpoint, asked(9), sampling(), seed)[0] for seed in (3, 3, 4))
     assert np.array_equal(one, two)

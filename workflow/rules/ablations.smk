@@ -69,6 +69,7 @@ rule generate_variant:
     input:
         checkpoint="<results>/ablations/{variant}/{seed}/checkpoint",
         asked=rules.ablation_requests.output.asked,
+        motions=expand("<results>/ingest/{shard}/motion.parquet", shard=SHARDS),
         models=expand("<results>/segment/{region}/model", region=SERIES_REGIONS),
         labels="<results>/label/labels.parquet",
     output:

@@ -11,6 +11,7 @@ with stage(snakemake) as job:
     generated(
         checkpoint=job.input.checkpoint,
         asked=by_name(ASKED, job.input.asked),
+        motions=job.input.motions,
         segment_models=by_region(job.input.models),
         labels=job.input.labels,
         made=by_name(MADE, job.output.made),

@@ -8,14 +8,14 @@ import pandas as pd
 
 from mimeline.annotation.scores import confusions, resampled
 from mimeline.evaluation.clip_motion import clip_values, moving
-from mimeline.evaluation.coupling import drift, gazes
+from mimeline.evaluation.coupling import drift, gazes, pull, pulls
 from mimeline.evaluation.motion_scores import (
     Moments,
     alignment_draws,
     liveliness_draws,
     motion_draws,
 )
-from mimeline.evaluation.variants import CONFLICT, UNGUIDED, UNSEEN
+from mimeline.evaluation.variants import CONFLICT, NARROW, UNSEEN, WIDE
 from mimeline.vocabulary import CHANNELS
 
 DISTANCES = ("fid_fm", "fid_delta_fm", "snd")
@@ -55,8 +55,7 @@ def scored(
     made: by set of MADE, its `motion`; found: by set of ASKED, the `frames` found in it. tas,
     tas_<region>, var, fid_fm, fid_delta_fm and snd are those of the unseen timelines. conflict is
     `asked_draws` where smiles conflict with brows, conflict_tas the tas there; drift is how far the
-    head goes with the eyes, without guidance: that draws the gazes of a direction to one size. What
-    cannot be had is absent.
+    head goes with eyes that are given. What cannot be had is absent.
     """
     draws: dict[str, np.ndarray] = {}
     if len(made[UNSEEN]):
@@ -75,9 +74,9 @@ def scored(
         weights = asked.weights[CONFLICT]
         draws["conflict"] = asked_draws(counts, weights)
         draws["conflict_tas"] = alignment_draws(counts, weights)["tas"]
-    if len(made[UNGUIDED]):
-        held = gazes(asked.frames[UNSEEN], made[UNGUIDED])
-        slope = drift(held, asked.clips[UNSEEN], asked.weights[UNSEEN])
+    if len(made[WIDE]):
+        farther = pulls(asked.frames[UNSEEN], made[NARROW], made[WIDE])
+        slope = pull(farther, asked.clips[UNSEEN], asked.weights[UNSEEN])
         draws |= {} if slope is None else {"drift": slope}
     return _known(draws)
 

@@ -83,6 +83,33 @@ def drift(gazes: pd.DataFrame, clips: Sequence[str], weights: np.ndarray) -> np.
     return np.average(slopes, axis=0, weights=precisions)
 
 
+def pulls(frames: pd.DataFrame, narrow: pd.DataFrame, wide: pd.DataFrame) -> pd.DataFrame:
+    """Of each gaze (`gazes`), how much farther eyes and head go in one motion than in another.
+
+    narrow, wide: `motion` of the same timelines and the same noise, with eyes that are given and
+    go farther in the second.
+    """
+    first, second = (gazes(frames, own) for own in (narrow, wide))
+    angles = ["gaze", "head"]
+    return second.assign(**{name: second[name] - first[name] for name in angles})
+
+
+def pull(pulls: pd.DataFrame, clips: Sequence[str], weights: np.ndarray) -> np.ndarray | None:
+    """How much farther the head goes per radian that the eyes do, (1 + resamples,).
+
+    pulls: of `pulls`, of these clips. weights (1 + resamples, n_clips): of `resampled`. The slope
+    of a line through no difference at all; None without a gaze that goes farther. Both motions have
+    the noise in common, so that what else moves a head is out of it.
+    """
+    x, y = pulls["gaze"].to_numpy(), pulls["head"].to_numpy()
+    by_clip = np.zeros((len(clips), 2))
+    np.add.at(by_clip, pd.Index(clips).get_indexer(pulls["clip_id"]), np.stack([x * x, x * y], -1))
+    xx, xy = (weights @ by_clip).T
+    if not xx[0]:
+        return None
+    return np.divide(xy, xx, out=np.full(len(xx), np.nan), where=xx > 0)
+
+
 def _sums(gazes: pd.DataFrame, clips: Sequence[str], weights: np.ndarray) -> np.ndarray:
     """(4, 1 + resamples): number of gazes; squares of x, products and squares of y about the mean.
 

@@ -6,8 +6,10 @@ from fractions import Fraction
 from typing import Any
 
 UNSEEN, CONFLICT = ASKED = ("unseen", "conflict")  # sets of timelines, asked of each
-UNGUIDED = "unguided"  # the motion that is made of the unseen ones without guidance
-MADE = (*ASKED, UNGUIDED)
+# Motion of the unseen timelines, with eyes that are given: so many times as far as the clips' own.
+NARROW, WIDE = "narrow", "wide"
+EYES = {NARROW: 0.75, WIDE: 1.25}
+MADE = (*ASKED, *EYES)
 OURS = "ours"
 PAPER_LAYERS, PAPER_BRANCH = 8, 2  # of the paper's network in all, and of its branches
 PAPER_PARTS = {"branches": "halves", "timeline_tokens": "initial", "drop_each": 0.5}

@@ -1,12 +1,13 @@
 """What motion is asked for: which actions in which frame, on either half of the face."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from mimeline.errors import MimelineError
 from mimeline.timeline.timeline import SIDES, Timeline, sides_meet
-from mimeline.vocabulary import ACTIONS, UNKNOWN
+from mimeline.vocabulary import ACTIONS, CHANNELS, UNKNOWN
 
 
 class BadRequest(MimelineError):
@@ -16,12 +17,15 @@ class BadRequest(MimelineError):
 @dataclass(frozen=True)
 class Request:
     """left, right: (L, 16) float32 in {0, 1}, -1 where the model may choose; subject's sides.
+    known: channels whose motion is given, (L,) each in its unit, with which the others are to go.
 
-    Raises BadRequest where there is no frame, the halves differ in shape, or a value is another.
+    Raises BadRequest where there is no frame, the halves differ in shape, a value is another, or
+    what is known is not a number for each frame of a channel.
     """
 
     left: np.ndarray
     right: np.ndarray
+    known: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     def __post_init__(self):
         shapes = {side: np.shape(getattr(self, side)) for side in SIDES}
@@ -35,6 +39,8 @@ class Request:
             object.__setattr__(self, side, values)
         if shapes["left"] != shapes["right"]:
             raise _bad("right", f"{len(self.right)} frames where the left has {len(self.left)}")
+        for channel, values in self.known.items():
+            _check_known(channel, values, len(self))
 
     def __len__(self) -> int:
         return len(self.left)
@@ -58,6 +64,24 @@ class Request:
                 if sides_meet(interval.side, side):
                     values[interval.start : interval.end, column] = 1
         return cls(**halves)
+
+
+def _check_known(channel: str, values: np.ndarray, frames: int) -> None:
+    if channel not in CHANNELS:
+        found = "a name that is no channel's"
+    elif np.shape(values) != (frames,):
+        found = f"an array of shape {np.shape(values)}"
+    elif not np.isfinite(values).all():
+        found = "a value that is no finite number"
+    else:
+        return
+    raise BadRequest(
+        "request",
+        place=f"known {channel}",
+        found=found,
+        expected=f"a number for each of its {frames} frames",
+        remedy="Leave out a channel that is not known throughout: the model makes it.",
+    )
 
 
 def _bad(side: str, found: str) -> BadRequest:

@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Literal
 
@@ -11,6 +12,7 @@ import torch
 from torch import Tensor
 from torch.nn.utils.rnn import pad_sequence
 
+from mimeline.dataset.windows import Normaliser
 from mimeline.diffusion.guidance import Condition, Listen, between, guided
 from mimeline.diffusion.samplers import Denoiser, sample
 from mimeline.generation import windows
@@ -56,17 +58,21 @@ def generate(
 
     Values are held within the range that training has seen. A request's motion depends on the seed
     and its place among the requests, not on the others. What is asked of a region that the model
-    does not move is left out, and the log says so. Raises BadCheckpoint as `load` does.
+    does not move is left out, and so is what is known of a channel that it does not have: the log
+    says so. Raises BadCheckpoint as `load` does.
     """
     trained = load(checkpoint)
     if lost := unheard(requests, trained.normaliser.channels):
         log.warning("the model does not move what %s would: left out", ", ".join(lost))
+    if lost := sorted({*chain(*(own.known for own in requests))} - {*trained.normaliser.channels}):
+        log.warning("the model does not have %s: what is known is left out", ", ".join(lost))
     model = trained.model.to(getattr(torch, sampling.precision))
     window = trained.train["window"]
     made: dict[int, np.ndarray] = {}
     for batch in batches([len(request) for request in requests]):
         own_requests, seeds = [requests[i] for i in batch], [(seed, i) for i in batch]
-        scores = sampled(model, own_requests, sampling, window, seeds)
+        known = [known_scores(request, trained.normaliser) for request in own_requests]
+        scores = sampled(model, own_requests, sampling, window, seeds, known)
         for i, own in zip(batch, scores, strict=True):
             made[i] = trained.normaliser.undo(own.numpy())
     return [made[i] for i in range(len(requests))]
@@ -79,11 +85,13 @@ def sampled(
     sampling: Sampling,
     window: int,
     seeds: Sequence[Sequence[int]],
+    known: Sequence[Tensor] = (),
 ) -> list[Tensor]:
     """Motion as z-scores, (L, D) float32 for each request, all in one batch.
 
     window: frames of the windows that the model was trained on. seeds: numbers for each request
-    that settle its noise. The model is in sampling.precision.
+    that settle its noise. known: of `known_scores`, for each request, or none. The model is in
+    sampling.precision.
     """
     lengths = [len(request) for request in requests]
     valid = torch.arange(max(lengths)) < torch.tensor(lengths)[:, None]  # (B, L)
@@ -96,6 +104,8 @@ def sampled(
     listen = windowed(model.listen, window, round(sampling.overlap * window))
     listen = two_sided(listen, model.channels)
     denoise = obeying(listen, (left, right, valid), sampling, len(model.schedule))
+    if any(own.isfinite().any() for own in known):
+        denoise = knowing(denoise, pad_sequence(known, batch_first=True, padding_value=torch.nan))
     made = sample(sampling.sampler, denoise, noise(), model.schedule, sampling.sampler_steps, noise)
     return [own[:length] for own, length in zip(made, lengths, strict=True)]
 
@@ -119,6 +129,27 @@ def obeying(listen: Listen, told: Condition, sampling: Sampling, steps: int) -> 
         return strong
     first, last = (round(share * (steps - 1)) for share in sampling.guidance_interval)
     return between(first, last, strong, listen(*told))
+
+
+def knowing(denoise: Denoiser, known: Tensor) -> Denoiser:
+    """The denoiser that predicts what is known, (B, L, D), and the rest where that is NaN.
+
+    So a sampler takes what is known through all levels of noise, and at each of them the model
+    sees the rest beside it (imputation; Song et al. 2021b, appendix I.2).
+    """
+    given = known.isfinite()  # (B, L, D)
+
+    def denoise_rest(noisy: Tensor, step: Tensor) -> Tensor:
+        return torch.where(given, known, denoise(noisy, step))
+
+    return denoise_rest
+
+
+def known_scores(request: Request, normaliser: Normaliser) -> Tensor:
+    """(L, D) z-scores of what a request knows, NaN for what the model is to make."""
+    unknown = np.full(len(request), np.nan)
+    columns = [request.known.get(channel, unknown) for channel in normaliser.channels]
+    return torch.from_numpy(normaliser.apply(np.stack(columns, axis=-1)))
 
 
 def only(region: str, timelines: Tensor) -> Tensor:

@@ -85,13 +85,11 @@ def panel(title: str, asked: pd.DataFrame, made: pd.DataFrame, side: str, fps: f
     return Panel(title, rows, traces, seconds, [(y(t), f"{t:g}") for t in ticks(0, reach, 3)])
 
 
-def clouds(gazes: Mapping[str, pd.DataFrame], slopes: Mapping[str, Estimate | None]) -> list[Cloud]:
-    """Of each title its gazes (`coupling.gazes`), on one scale: degrees from the mean direction."""
-    apart = {}
-    for title, own in gazes.items():
-        angles = own[["gaze", "head"]]
-        means = angles.groupby(own["action"]).transform("mean")
-        apart[title] = np.degrees((angles - means).to_numpy("float64"))
+def clouds(pulls: Mapping[str, pd.DataFrame], slopes: Mapping[str, Estimate | None]) -> list[Cloud]:
+    """Of each title how much farther eyes and head go (`coupling.pulls`), on one scale, degrees."""
+    apart = {
+        title: np.degrees(own[["gaze", "head"]].to_numpy("float64")) for title, own in pulls.items()
+    }
     every = np.abs(np.concatenate(list(apart.values())))
     wide, high = (max(float(np.ceil(reach)), 1.0) for reach in every.max(axis=0, initial=1.0))
     x, y = Scale(-wide, wide, MARGIN, EDGE - 6), Scale(-high, high, EDGE - MARGIN, 6)

@@ -12,15 +12,16 @@ import pandas as pd
 
 from mimeline import tables
 from mimeline.evaluation.ablations import Asked, channels_of, of_recordings, scored
-from mimeline.evaluation.coupling import gazes
+from mimeline.evaluation.coupling import pulls
 from mimeline.evaluation.unseen import choose
 from mimeline.evaluation.variants import (
     ASKED,
     CONFLICT,
     MADE,
+    NARROW,
     OURS,
-    UNGUIDED,
     UNSEEN,
+    WIDE,
     Variant,
     variants,
 )
@@ -126,7 +127,7 @@ def ablations(
         "titles": {m: title.strip("↑↓→ ") for m, (title, _) in METRICS.items()},
         "dots_chart": _dots(study, rows, metrics),
         "panels": _panels(runs, rows, told[CONFLICT], first, side, fps),
-        "clouds": _clouds(runs, rows, known, study, first, (marked, motion)),
+        "clouds": _clouds(runs, rows, known, study, first),
     }
     write_page(page, "ablations.html.j2", "The ablation study", facts)
     table = pd.DataFrame(
@@ -181,7 +182,7 @@ def _reasons(runs: Runs, asked, seed: int, metrics) -> list[str]:
         if why := tables.reason(asked[name]) or tables.reason(runs.made[OURS, seed, name]):
             found.append(f"{about}: {why}")
     if not found and "drift" not in metrics:
-        found.append("No drift: the gazes that were made are too few, or have no head beside them")
+        found.append("No drift: no gaze is held long enough, or none has a head beside it")
     return found
 
 
@@ -211,17 +212,16 @@ def _panels(runs: Runs, rows, asked: pd.DataFrame, seed: int, side: str, fps: fl
     ]
 
 
-def _clouds(runs: Runs, rows, known: Asked, study: Study, seed: int, recorded) -> list[Cloud]:
-    """Real clips, ours and the variant without a base."""
+def _clouds(runs: Runs, rows, known: Asked, study: Study, seed: int) -> list[Cloud]:
+    """Ours and the variant without a base."""
     if "no-base" not in rows or study.score(OURS, "drift") is None:
         return []
-    held = {"Real clips": gazes(*recorded)}
-    slopes = {"Real clips": study.score(REAL, "drift")}
+    farther, slopes = {}, {}
     for name in (OURS, "no-base"):
-        made = runs.motion(name, seed, UNGUIDED)
-        held[rows[name].title] = gazes(known.frames[UNSEEN], made)
+        made = [runs.motion(name, seed, eyes) for eyes in (NARROW, WIDE)]
+        farther[rows[name].title] = pulls(known.frames[UNSEEN], *made)
         slopes[rows[name].title] = study.score(name, "drift")
-    return clouds(held, slopes)
+    return clouds(farther, slopes)
 
 
 def _of(table: pd.DataFrame, clip: str) -> pd.DataFrame:
