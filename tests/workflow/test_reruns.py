@@ -103,9 +103,7 @@ USERS: dict[str, set[str]] = {
     "evaluate.looks": {"evaluate_labelling"},
     "evaluate.timeline": {"evaluate", "generate_variant"},
     **{
-        f"evaluate.timeline.{key}": {
-            *("evaluate", "ablation_requests", "generate_variant", "ablations")
-        }
+        f"evaluate.timeline.{key}": {"evaluate", "ablation_requests", "ablations"}
         for key in ("timelines", "seed")
     },
     "ablations": {"ablation_requests"},
