@@ -1,13 +1,17 @@
 import logging
+from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 import pytest
 import torch
 
+from mimeline.errors import BadConfig
 from mimeline.generation import windows
 from mimeline.generation.request import Request
 from mimeline.generation.timeline import FRAMES, batches, generate, obeying, sampled
 from mimeline.models.timeline import TimelineModel
+from mimeline.timeline.timeline import Interval, Timeline
 from mimeline.training.checkpoint import BadCheckpoint
 from mimeline.vocabulary import ACTIONS, CONTROL_REGIONS, UNKNOWN, region_actions
 
@@ -81,6 +85,28 @@ def test_what_is_known_of_a_channel_that_the_model_lacks_is_told(checkpoint, sam
     (without,) = generate(checkpoint, [Request(values, values)], sampling(), seed=0)
     np.testing.assert_array_equal(found, without)
     assert "the model does not have tongueOut" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"sampler": "euler"}, "key evaluate.timeline.sampler: found 'euler'"),
+        ({"guidance_interval": (0.9, 0.1)}, "guidance_interval to begin before it ends"),
+        ({"overlap": 1.0}, "overlap: found 1.0, expected less than 1"),
+        ({"precision": "float16"}, "'float32' or 'bfloat16'"),
+    ],
+)
+def test_a_sampling_that_cannot_be_is_refused(sampling, changes, told):
+    with pytest.raises(BadConfig, match=told):
+        replace(sampling(), **changes)
+
+
+def test_a_timeline_is_a_request(checkpoint, sampling):
+    smile = Timeline("mine", Fraction(25), 20, {"mouth": [Interval("Smile", 5, 15)]})
+    made = [
+        generate(checkpoint, [own], sampling(), seed=0)[0] for own in (smile, Request.of(smile))
+    ]
+    np.testing.assert_array_equal(*made)
 
 
 def test_a_seed_settles_the_motion(checkpoint, sampling):

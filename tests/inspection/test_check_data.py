@@ -117,6 +117,11 @@ def test_what_has_not_run_is_told_with_the_command_that_makes_it(run, results, s
     assert "snakemake --cores 2 --until annotate split" in complaint
 
 
+def test_a_folder_that_is_not_there_is_told(run, tmp_path):
+    code, _, complaint = run("--results", tmp_path / "nowhere")
+    assert code == 1 and "nowhere: found no such folder" in complaint
+
+
 def test_an_empty_split_tells_its_reason(run, results):
     path = results / "split" / "split.parquet"
     tables.write(tables.SPLIT, tables.empty(tables.SPLIT), path, reason="no clip came through")

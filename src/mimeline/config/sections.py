@@ -220,7 +220,7 @@ class TimelineSampling(Section):
         "is longer",
     )
     precision: Literal["float32", "bfloat16"] = Field(
-        "float32", description="of the network's arithmetic"
+        "float32", description="of the network's arithmetic: float32 or bfloat16"
     )
     timelines: Count = Field(
         100, description="timelines asked for, from clips kept out of training"

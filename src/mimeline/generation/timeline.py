@@ -12,16 +12,18 @@ import torch
 from torch import Tensor
 from torch.nn.utils.rnn import pad_sequence
 
+from mimeline.config import validate
 from mimeline.dataset.windows import Normaliser
 from mimeline.diffusion.guidance import Condition, Listen, between, guided
 from mimeline.diffusion.samplers import Denoiser, sample
+from mimeline.errors import BadConfig
 from mimeline.generation import windows
 from mimeline.generation.request import Request
 from mimeline.generation.sides import two_sided
 from mimeline.generation.windows import windowed
 from mimeline.models.divisions import parts
 from mimeline.models.timeline import TimelineModel
-from mimeline.timeline.timeline import SIDES
+from mimeline.timeline.timeline import SIDES, Timeline
 from mimeline.training.checkpoint import load
 from mimeline.vocabulary import ACTIONS, UNKNOWN
 
@@ -39,7 +41,7 @@ class Sampling:
     weigh more or less than `guidance`. guidance_interval: shares of the noise schedule between
     which guidance is on. overlap: share of a window that it has in common with the next, where a
     timeline is longer than the windows that the model was trained on. precision: of the network's
-    arithmetic.
+    arithmetic. Raises BadConfig where a value is none that evaluate.timeline may have.
     """
 
     sampler: str
@@ -50,9 +52,16 @@ class Sampling:
     overlap: float
     precision: Literal["float32", "bfloat16"]
 
+    def __post_init__(self):
+        values = {"evaluate": {"timeline": dict(vars(self))}}
+        try:
+            validate(values, "the sampling")
+        except* BadConfig as group:
+            raise group.exceptions[0] from None
+
 
 def generate(
-    checkpoint: str | Path, requests: Sequence[Request], sampling: Sampling, seed: int
+    checkpoint: str | Path, requests: Sequence[Request | Timeline], sampling: Sampling, seed: int
 ) -> list[np.ndarray]:
     """Motion for each request, (L, D) float32 in channel units, columns as in the checkpoint.
 
@@ -62,6 +71,7 @@ def generate(
     says so. Raises BadCheckpoint as `load` does.
     """
     trained = load(checkpoint)
+    requests = [Request.of(own) if isinstance(own, Timeline) else own for own in requests]
     if lost := unheard(requests, trained.normaliser.channels):
         log.warning("the model does not move what %s would: left out", ", ".join(lost))
     if lost := sorted({*chain(*(own.known for own in requests))} - {*trained.normaliser.channels}):

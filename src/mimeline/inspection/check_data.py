@@ -40,7 +40,9 @@ def check_data(results: Path, configs: Sequence[Path]) -> tuple[Check, dict[str,
     if missing := [stage for stage, there in has_run.items() if not there]:
         raise NoSuchFile(
             results,
-            found=f"no results of {words.listing(missing)}",
+            found=f"no results of {words.listing(missing)}"
+            if results.is_dir()
+            else "no such folder",
             expected="annotated and divided clips",
             remedy=f"Type {recall(results).command('--until', 'annotate', 'split')} first, or name "
             "the results of another run: --results FOLDER.",

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 import safetensors.torch
 from safetensors import SafetensorError
-from torch import nn
+from torch import Tensor, nn
 
 from mimeline import __version__, tables
 from mimeline.atomic import whole
@@ -108,7 +108,12 @@ def save_empty(folder: str | Path, why: str, origin: Mapping[str, Any]) -> None:
 def reason(folder: str | Path) -> str:
     """Why the checkpoint holds no model; the empty string where it holds one."""
     if not (Path(folder) / LOSSES).is_file():
-        raise _bad(folder, "no such checkpoint", "a folder written by the train stage")
+        raise BadCheckpoint(
+            folder,
+            found="no such checkpoint",
+            expected="a folder written by the train stage",
+            remedy="Look at the path, or type snakemake --cores 2 --until train.",
+        )
     try:
         return tables.reason(Path(folder) / LOSSES)
     except (ValueError, OSError) as error:
@@ -144,7 +149,7 @@ def load(folder: str | Path, averaged: bool = True) -> Trained:
             *(np.array([row[key] for row in rows], np.float64) for key in NUMBERS),
         )
         model = FAMILIES[config["family"]].model(normaliser.channels, **config["model"])
-        weights = safetensors.torch.load_file(folder / WEIGHTS)
+        weights = _read_weights(folder / WEIGHTS)
         prefix = AVERAGED if averaged else RAW
         own = {k.removeprefix(prefix): v for k, v in weights.items() if k.startswith(prefix)}
         if broken := [name for name, value in own.items() if not value.isfinite().all()]:
@@ -152,8 +157,12 @@ def load(folder: str | Path, averaged: bool = True) -> Trained:
         model.load_state_dict(own)
         train, fps = dict(config["train"]), Fraction(config["fps"])
     except (
-        *(ArithmeticError, AttributeError, KeyError, OSError, RuntimeError, TypeError, ValueError),
-        SafetensorError,
+        ArithmeticError,
+        AttributeError,
+        KeyError,
+        RuntimeError,
+        TypeError,
+        ValueError,
     ) as error:
         raise _bad(folder, str(error), f"{WEIGHTS} and {COLUMNS} that fit {CONFIG}") from error
     return Trained(config["family"], model.eval().requires_grad_(False), normaliser, train, fps)
@@ -213,6 +222,13 @@ def _read_json(path: Path) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise _bad(path, f"a JSON {type(value).__name__}", "a JSON object")
     return value
+
+
+def _read_weights(path: Path) -> dict[str, Tensor]:
+    try:
+        return safetensors.torch.load_file(path)
+    except (OSError, SafetensorError) as error:
+        raise _bad(path, f"a damaged file: {error}", "a whole file of weights") from error
 
 
 def _bad(file: str | Path, found: str, expected: str) -> BadCheckpoint:
