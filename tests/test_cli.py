@@ -5,26 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from mimeline import cli
 
-
-@pytest.fixture
-def run(monkeypatch, capsys):
-    """Runs the command with its arguments: (exit code, what it says, what it complains of)."""
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["mimeline", *map(str, arguments)])
-        with pytest.raises(SystemExit) as left:
-            cli.main()
-        said, complaint = capsys.readouterr()
-        code = left.value.code
-        return (code, said, complaint) if isinstance(code, int) else (1, said, code)
-
-    return run
-
-
-def test_config_writes_the_defaults_and_their_schema(run, tmp_path):
-    assert run("config", tmp_path / "new")[0] == 0
+def test_config_writes_the_defaults_and_their_schema(mimeline, tmp_path):
+    assert mimeline("config", tmp_path / "new")[0] == 0
     assert {path.name for path in (tmp_path / "new").iterdir()} == {
         "config.yaml",
         "config.schema.json",
@@ -38,29 +21,29 @@ def test_the_version_is_told_without_loading_what_a_run_needs():
     assert "mimeline" in loaded and not loaded & {"pandas", "numpy", "torch", "pydantic"}
 
 
-def test_a_path_where_nothing_is_ends_with_one_line(run, tmp_path):
-    code, said, complaint = run("inspect", tmp_path / "no\nwhere")
+def test_a_path_where_nothing_is_ends_with_one_line(mimeline, tmp_path):
+    code, said, complaint = mimeline("inspect", tmp_path / "no\nwhere")
     assert (code, said) == (1, "")
     assert complaint.startswith("mimeline: ") and len(complaint.splitlines()) == 1
 
 
-def test_a_name_cannot_steer_the_terminal(run, tmp_path):
+def test_a_name_cannot_steer_the_terminal(mimeline, tmp_path):
     (tmp_path / "a\x1b[2Jb.json").write_text('{"x": {"ytb_id": "v", "duration": {}, "bbox": {}}}')
     (tmp_path / "c\x1b[2Jd.txt").write_text("words")
     for path in [tmp_path, *tmp_path.iterdir()]:
-        code, said, complaint = run("inspect", path)
+        code, said, complaint = mimeline("inspect", path)
         assert "\x1b" not in f"{said}{complaint}" and code in (0, 1)
 
 
-def test_the_page_names_every_option(run):
+def test_the_page_names_every_option(mimeline):
     page = (Path(__file__).parents[1] / "docs" / "inspect.md").read_text(encoding="utf-8")
-    help = run("inspect", "--help")[1]
+    help = mimeline("inspect", "--help")[1]
     assert set(re.findall(r"--\w+", page)) == set(re.findall(r"--\w+", help)) - {"--help"}
 
 
 @pytest.mark.parametrize("text", ["nonsense=1", "fps", "openface.stride=2", "fps=fast"])
-def test_a_key_that_cannot_be_set_ends_with_what_can_be(run, tmp_path, text):
-    code, _, complaint = run("inspect", tmp_path, "--set", text)
+def test_a_key_that_cannot_be_set_ends_with_what_can_be(mimeline, tmp_path, text):
+    code, _, complaint = mimeline("inspect", tmp_path, "--set", text)
     assert code == 1 and complaint.startswith("mimeline: --set")
     assert "expected" in complaint
     if text in ("nonsense=1", "fps"):
@@ -68,17 +51,17 @@ def test_a_key_that_cannot_be_set_ends_with_what_can_be(run, tmp_path, text):
             assert f"{key}," in complaint
 
 
-def test_a_format_that_nobody_knows_ends_with_those_that_there_are(run, tmp_path):
-    code, _, complaint = run("inspect", tmp_path, "--format", "foo")
+def test_a_format_that_nobody_knows_ends_with_those_that_there_are(mimeline, tmp_path):
+    code, _, complaint = mimeline("inspect", tmp_path, "--format", "foo")
     assert code == 1 and complaint.startswith("mimeline: --format: found 'foo'")
     assert "livelink" in complaint and "openface" in complaint
 
 
-def test_colours_are_for_terminals_that_want_them(run, tmp_path, monkeypatch):
+def test_colours_are_for_terminals_that_want_them(mimeline, tmp_path, monkeypatch):
     (tmp_path / "a.json").write_text('{"x": {"ytb_id": "v", "duration": {}, "bbox": {}}}')
-    assert "\x1b[" not in run("inspect", tmp_path / "a.json")[1]
+    assert "\x1b[" not in mimeline("inspect", tmp_path / "a.json")[1]
     monkeypatch.setattr(sys.stdout, "isatty", lambda: True, raising=False)
     monkeypatch.delenv("NO_COLOR", raising=False)
-    assert "\x1b[" in run("inspect", tmp_path / "a.json")[1]
+    assert "\x1b[" in mimeline("inspect", tmp_path / "a.json")[1]
     monkeypatch.setenv("NO_COLOR", "1")
-    assert "\x1b[" not in run("inspect", tmp_path / "a.json")[1]
+    assert "\x1b[" not in mimeline("inspect", tmp_path / "a.json")[1]

@@ -30,11 +30,17 @@ def motion_of():
 
 def _motion_of(lengths: dict[str, int], **channels) -> pd.DataFrame:
     """A `motion` table: channels by name, a number or one per row; the others are not measured."""
-    keys = [(clip, frame) for clip, length in lengths.items() for frame in range(length)]
-    table = pd.DataFrame(keys, columns=["clip_id", "frame"]).astype({"frame": "int64"})
-    table = table.assign(valid=True, **channels)
-    absent = {n: np.nan for n in tables.MOTION.schema.names if n not in table}
-    return table.assign(**absent)[tables.MOTION.schema.names]
+    keys = {
+        "clip_id": pd.Series([clip for clip, n in lengths.items() for _ in range(n)]),
+        "frame": [frame for length in lengths.values() for frame in range(length)],
+        "valid": True,
+    }
+    told = dict.fromkeys(tables.MOTION.schema.names, np.nan) | keys | channels
+    table = pd.DataFrame(
+        {name: told[name] for name in tables.MOTION.schema.names},  # of assign, one copy each
+        index=pd.RangeIndex(len(keys["frame"])),
+    )
+    return table.astype({"frame": "int64"})
 
 
 @pytest.fixture(scope="session")

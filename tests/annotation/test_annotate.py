@@ -62,13 +62,12 @@ def annotated(motion, clusters, min_frames=1, names=NAMES, unmeasured=()):
 
 def rebuilt(frames, found) -> pd.DataFrame:
     """The booleans that intervals tell, False where they tell nothing."""
-    rows = frames[["clip_id", "frame"]].assign(**dict.fromkeys(ACTIONS, False))
+    clip, frame = frames["clip_id"].to_numpy(), frames["frame"].to_numpy()
+    marks = {name: np.zeros(len(frames), dtype=bool) for name in ACTIONS}
     for run in found.itertuples():
-        inside = (rows["clip_id"] == run.clip_id) & rows["frame"].between(
-            run.start_frame, run.end_frame - 1
-        )
-        rows.loc[inside, run.action] = True
-    return rows[list(ACTIONS)]
+        inside = (clip == run.clip_id) & (frame >= run.start_frame) & (frame < run.end_frame)
+        marks[run.action][inside] = True
+    return pd.DataFrame(marks, index=frames.index)
 
 
 def test_names_of_clusters_become_half_open_intervals(motion_of):

@@ -1,14 +1,13 @@
 """The command line in this process, and a finished run of three clips."""
 
-import sys
+from functools import partial
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from mimeline import cli, tables
+from mimeline import tables
 from mimeline.annotation.annotate import intervals_of
 from mimeline.ledger import Ledger
 
@@ -17,21 +16,10 @@ KEPT = ["-good_0", "good_1", "other_0"]
 
 
 @pytest.fixture
-def run(monkeypatch, capsys, tmp_path):
+def run(mimeline, monkeypatch, tmp_path):
     """Runs `mimeline timeline` with arguments, in a folder of its own: code, out, err."""
     monkeypatch.chdir(tmp_path)
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["mimeline", "timeline", *map(str, arguments)])
-        with pytest.raises(SystemExit) as left:
-            cli.main()
-        out, err = capsys.readouterr()
-        code = left.value.code
-        if isinstance(code, str):
-            code, err = 1, f"{err}{code}\n"
-        return SimpleNamespace(code=code, out=out, err=err)
-
-    return run
+    return partial(mimeline, "timeline")
 
 
 @pytest.fixture(scope="session")

@@ -1,14 +1,14 @@
 import json
 import re
 import shutil
-import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from mimeline import cli, tables
+from mimeline import tables
 from mimeline.dataset.statistics import statistics
 from mimeline.vocabulary import ACTIONS, CHANNELS
 
@@ -54,18 +54,9 @@ def made(tmp_path_factory) -> Path:
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
-    """Runs `mimeline check-data`: (exit code, what it says, what it complains of)."""
-
-    def run(*arguments):
-        monkeypatch.setattr(sys, "argv", ["mimeline", "check-data", *map(str, arguments)])
-        with pytest.raises(SystemExit) as left:
-            cli.main()
-        said, complaint = capsys.readouterr()
-        code = left.value.code
-        return (code, said, complaint) if isinstance(code, int) else (1, said, code)
-
-    return run
+def run(mimeline):
+    """Runs `mimeline check-data` with arguments: code, out, err."""
+    return partial(mimeline, "check-data")
 
 
 def test_a_sound_run_is_told_within_100_columns(run, results):

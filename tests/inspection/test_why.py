@@ -1,11 +1,10 @@
 import json
 import shutil
-import sys
 
 import pytest
 import yaml
 
-from mimeline import cli, tables
+from mimeline import tables
 from mimeline.errors import BadFile, NoSuchFile
 from mimeline.inspection import remedies
 from mimeline.inspection.funnel import funnel
@@ -225,22 +224,17 @@ def test_the_limit_that_is_offered_keeps_the_clip(run_results):
         (["funnel", "--set", "select.min_s=3", "--config"], 0, "1 clip: short"),
     ],
 )
-def test_the_commands_say_it(run_results, tmp_path, monkeypatch, capsys, arguments, code, told):
+def test_the_commands_say_it(run_results, tmp_path, monkeypatch, mimeline, arguments, code, told):
     if arguments[-1] == "--config":
         (tmp_path / "own.yaml").write_text(yaml.safe_dump({"select": OPTIONS}))
         arguments = [*arguments, str(tmp_path / "own.yaml")]
     monkeypatch.chdir(tmp_path)
     command, *rest = arguments
-    monkeypatch.setattr(sys, "argv", ["mimeline", command, "--results", str(run_results), *rest])
-    with pytest.raises(SystemExit) as left:
-        cli.main()
-    said = capsys.readouterr().out
-    assert told in said and "\x1b" not in said
-    assert left.value.code == code or "found no clip" in str(left.value.code)
+    said = mimeline(command, "--results", run_results, *rest)
+    assert told in said.out and "\x1b" not in said.out
+    assert said.code == code or "found no clip" in said.err
 
 
-def test_why_without_a_name_asks_for_one(monkeypatch, capsys):
-    monkeypatch.setattr(sys, "argv", ["mimeline", "why", "--json"])
-    with pytest.raises(SystemExit) as left:
-        cli.main()
-    assert left.value.code == 2 and "why needs a clip's id" in capsys.readouterr().err
+def test_why_without_a_name_asks_for_one(mimeline):
+    said = mimeline("why", "--json")
+    assert said.code == 2 and "why needs a clip's id" in said.err

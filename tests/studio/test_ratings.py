@@ -4,7 +4,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mimeline import cli
 from mimeline.errors import BadFile, MissingColumn, NoSuchFile
 from mimeline.studio.rating_file import Rating, read_ratings, write_ratings
 from mimeline.studio.ratings import as_json, as_text, interval, paper, ratings
@@ -238,15 +237,13 @@ def test_a_file_that_is_no_table_of_answers_is_told(tmp_path):
         read_ratings(path)
 
 
-def test_programs_read_the_same(write, capsys, monkeypatch):
+def test_programs_read_the_same(write, mimeline):
     path = write([rating("ann", n, 4 + n % 2) for n in range(4)])
     found = ratings([path])
     held = json.loads(as_json(found))
     assert held["shares"][0]["agree"] == 1.0 and held["persons"][0]["looks"] is True
-    monkeypatch.setattr("sys.argv", ["mimeline", "ratings", "--json", str(path)])
-    with pytest.raises(SystemExit) as ended:
-        cli.main()
-    assert ended.value.code == 0 and json.loads(capsys.readouterr().out) == held
+    said = mimeline("ratings", "--json", path)
+    assert said.code == 0 and json.loads(said.out) == held
 
 
 def test_no_line_of_the_text_is_wider_than_a_terminal(write):

@@ -5,6 +5,7 @@ the start. The tests that need none of them come first, then those of each run a
 """
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -20,83 +21,79 @@ from snakemake.settings.types import (
 from .checkouts import CHECKOUT, PARTS, Workflow, copy_checkout
 from .whole_runs import RUNS, STUDIES, Beside
 
-BESIDE = pytest.StashKey[Beside]()
-
 
 def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: max(map(RUNS.index, {*RUNS} & {*item.fixturenames}), default=-1))
 
 
-def pytest_collection_finish(session):
-    asked = {name for item in session.items for name in item.fixturenames}
-    if not session.config.option.collectonly:
-        session.stash[BESIDE] = Beside(asked & set(RUNS))
-
-
-def pytest_sessionfinish(session):
-    if BESIDE in session.stash:
-        session.stash[BESIDE].close()
+@pytest.fixture(scope="session", autouse=True)
+def beside(request) -> Iterator[Beside]:
+    """The whole runs that tests ask for, begun before the first of these tests."""
+    asked = {name for item in request.session.items for name in item.fixturenames}
+    runs = Beside(asked & {*RUNS})
+    yield runs
+    runs.close()
 
 
 @pytest.fixture(scope="session")
-def toy_run(request) -> Workflow:
+def toy_run(beside) -> Workflow:
     """A checkout in which `snakemake all` has run on the tiny toy world."""
-    return request.session.stash[BESIDE].get("toy_run")
+    return beside.get("toy_run")
 
 
 @pytest.fixture(scope="session")
-def studied_run(request, toy_run) -> tuple[Path, str]:
+def studied_run(beside, toy_run) -> tuple[Path, str]:
     """The results of a finished run on which all STUDIES ran, and what these said."""
-    return request.session.stash[BESIDE].get("studied_run")
+    return beside.get("studied_run")
 
 
 @pytest.fixture(scope="session")
-def clipless_run(request) -> tuple[Path, str]:
+def clipless_run(beside) -> tuple[Path, str]:
     """The checkout of a run that lost every clip, and what the run said."""
-    return request.session.stash[BESIDE].get("clipless_run")
+    return beside.get("clipless_run")
 
 
 @pytest.fixture(scope="session")
-def killed_run(request, toy_run) -> tuple[Path, Path]:
+def killed_run(beside, toy_run) -> tuple[Path, Path]:
     """The results of a run that was stopped at random moments and resumed; those of one that was
     left alone."""
-    return request.session.stash[BESIDE].get("killed_run")
+    return beside.get("killed_run")
 
 
 @pytest.fixture(scope="session")
-def livelink_run(request, real_data) -> Path:
+def livelink_run(beside, real_data) -> Path:
     """The results of the example of that name; so with those below."""
-    return request.session.stash[BESIDE].get("livelink_run")
+    return beside.get("livelink_run")
 
 
 @pytest.fixture(scope="session")
-def dreamtalk_run(request, real_data) -> Path:
-    return request.session.stash[BESIDE].get("dreamtalk_run")
+def dreamtalk_run(beside, real_data) -> Path:
+    return beside.get("dreamtalk_run")
 
 
 @pytest.fixture(scope="session")
-def pyfeat_run(request, real_data) -> Path:
-    return request.session.stash[BESIDE].get("pyfeat_run")
+def pyfeat_run(beside, real_data) -> Path:
+    return beside.get("pyfeat_run")
 
 
 @pytest.fixture(scope="session")
-def openface_run(request, real_data) -> Path:
-    return request.session.stash[BESIDE].get("openface_run")
+def openface_run(beside, real_data) -> Path:
+    return beside.get("openface_run")
 
 
 @pytest.fixture(scope="session")
-def metrical_tracker_run(request) -> Path:
-    return request.session.stash[BESIDE].get("metrical_tracker_run")
+def metrical_tracker_run(beside) -> Path:
+    return beside.get("metrical_tracker_run")
 
 
 @pytest.fixture(scope="session")
-def videos_run(request, real_data) -> Path:
-    return request.session.stash[BESIDE].get("videos_run")
+def videos_run(beside, real_data) -> Path:
+    return beside.get("videos_run")
 
 
 @pytest.fixture(scope="session")
-def celebvtext_run(request, real_data) -> Path:
-    return request.session.stash[BESIDE].get("celebvtext_run")
+def celebvtext_run(beside, real_data) -> Path:
+    return beside.get("celebvtext_run")
 
 
 @pytest.fixture

@@ -93,8 +93,8 @@ def clouds(pulls: Mapping[str, pd.DataFrame], slopes: Mapping[str, Estimate | No
     every = np.abs(np.concatenate(list(apart.values())))
     wide, high = (max(float(np.ceil(reach)), 1.0) for reach in every.max(axis=0, initial=1.0))
     x, y = Scale(-wide, wide, MARGIN, EDGE - 6), Scale(-high, high, EDGE - MARGIN, 6)
-    x_ticks = [(x(t), f"{t:g}°") for t in ticks(-wide, wide, 4)]
-    y_ticks = [(y(t), f"{t:g}°") for t in ticks(-high, high, 4)]
+    x_ticks = [(x(t), _degrees(t)) for t in ticks(-wide, wide, 4)]
+    y_ticks = [(y(t), _degrees(t)) for t in ticks(-high, high, 4)]
     found = []
     for title, own in apart.items():
         slope = slopes[title]
@@ -105,3 +105,7 @@ def clouds(pulls: Mapping[str, pd.DataFrame], slopes: Mapping[str, Estimate | No
         points = [(x(gaze), y(head)) for gaze, head in own]
         found.append(Cloud(title, slope, points, line, x_ticks, y_ticks))
     return found
+
+
+def _degrees(angle: float) -> str:
+    return f"{angle:g}°".replace("-", "−")

@@ -1,4 +1,4 @@
-"""The page of the ablation study, beside the paper's table 2."""
+"""The page of the ablation study, beside the paper's Table 2."""
 
 import logging
 from collections.abc import Collection, Iterator, Mapping, Sequence
