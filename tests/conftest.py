@@ -16,6 +16,7 @@ CHECKOUT = Path(__file__).parents[1]
 os.environ.setdefault("MIMELINE_REAL_DATA", str(CHECKOUT.parent / "shared" / "data"))
 
 
+@pytest.hookimpl(tryfirst=True)  # the marks are read in the same hook
 def pytest_collection_modifyitems(items):
     """A room's tests share its fixtures, so they run in one process; the longest come first."""
     items.sort(key=lambda item: room(item) != "workflow")
