@@ -11,22 +11,27 @@ from types import SimpleNamespace
 from typing import NamedTuple
 
 import pytest
+from xdist.scheduler import LoadScopeScheduling
 
 CHECKOUT = Path(__file__).parents[1]
 os.environ.setdefault("MIMELINE_REAL_DATA", str(CHECKOUT.parent / "shared" / "data"))
 
 
-@pytest.hookimpl(tryfirst=True)  # the marks are read in the same hook
+class ByRoom(LoadScopeScheduling):
+    """Tests of a room, a folder of tests/, share fixtures: they run in one process."""
+
+    def _split_scope(self, nodeid: str) -> str:
+        return nodeid.partition("::")[0].split("/")[1]
+
+
+def pytest_xdist_make_scheduler(config, log):
+    return ByRoom(config, log)
+
+
+@pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items):
-    """A room's tests share its fixtures, so they run in one process; the longest come first."""
-    items.sort(key=lambda item: room(item) != "workflow")
-    for item in items:
-        item.add_marker(pytest.mark.xdist_group(room(item)))
-
-
-def room(item: pytest.Item) -> str:
-    """The folder of tests/ that a test lies in, or its own file."""
-    return item.path.relative_to(Path(__file__).parent).parts[0]
+    """The room that takes the longest comes first."""
+    items.sort(key=lambda item: "/workflow/" not in item.nodeid)
 
 
 @pytest.fixture(scope="session")

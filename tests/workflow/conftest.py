@@ -22,7 +22,6 @@ from .checkouts import CHECKOUT, PARTS, Workflow, copy_checkout
 from .whole_runs import RUNS, STUDIES, Beside
 
 
-@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: max(map(RUNS.index, {*RUNS} & {*item.fixturenames}), default=-1))
 
