@@ -228,5 +228,10 @@ def assert_same_tables(results: Path, reference: Path) -> None:
 
 
 def tables_in(results: Path) -> set[str]:
-    found = {path.relative_to(results) for path in results.rglob("*.parquet")}
-    return {str(path) for path in found if not any(part.startswith(".") for part in path.parts)}
+    """The finished tables, by path in the results, in which a run may be going on meanwhile."""
+    found = set()
+    for folder, names, files in os.walk(results):  # passes over a folder that is gone by now
+        names[:] = [name for name in names if not name.startswith(".")]
+        finished = (Path(folder, name) for name in files if not name.startswith("."))
+        found |= {str(p.relative_to(results)) for p in finished if p.suffix == ".parquet"}
+    return found
