@@ -16,7 +16,7 @@ from typing import Any
 
 from mimeline.clips.exclusions import read_exclusions
 from mimeline.config import validate
-from mimeline.errors import BadConfig, MimelineError, NoSuchFile
+from mimeline.errors import MimelineError, NoSuchFile
 from mimeline.room import FULL, NoRoom
 from mimeline.vocabulary import SERIES_REGIONS, resource
 
@@ -30,7 +30,7 @@ def settle_config(config: dict[str, Any]) -> dict[str, Any]:
     """
     try:
         settled = validate(config)
-    except* BadConfig as group:
+    except ExceptionGroup as group:
         sys.exit("\n".join(f"mimeline: {problem}" for problem in group.exceptions))
     takes = chosen(settled["ingest"])
     named = (

@@ -16,7 +16,6 @@ from mimeline.config import validate
 from mimeline.dataset.windows import Normaliser
 from mimeline.diffusion.guidance import Condition, Listen, between, guided
 from mimeline.diffusion.samplers import Denoiser, sample
-from mimeline.errors import BadConfig
 from mimeline.generation import windows
 from mimeline.generation.request import Request
 from mimeline.generation.sides import two_sided
@@ -56,7 +55,7 @@ class Sampling:
         values = {"evaluate": {"timeline": dict(vars(self))}}
         try:
             validate(values, "the sampling")
-        except* BadConfig as group:
+        except ExceptionGroup as group:
             raise group.exceptions[0] from None
 
 
