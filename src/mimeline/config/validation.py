@@ -20,6 +20,14 @@ def validate(values: dict[str, Any], file: str = "config") -> dict[str, Any]:
         raise ExceptionGroup("the configuration cannot be used", problems) from None
 
 
+def checked(values: dict[str, Any], file: str = "config") -> dict[str, Any]:
+    """What `validate` gives. Raises the first mistake alone, a BadConfig."""
+    try:
+        return validate(values, file)
+    except ExceptionGroup as group:
+        raise group.exceptions[0] from None
+
+
 def _problem(problem: dict[str, Any], file: str) -> BadConfig:
     key = ".".join(str(part) for part in problem["loc"])
     found = "an unknown key" if problem["type"] == "extra_forbidden" else repr(problem["input"])

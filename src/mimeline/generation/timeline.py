@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 from torch.nn.utils.rnn import pad_sequence
 
-from mimeline.config import validate
+from mimeline.config import checked
 from mimeline.dataset.windows import Normaliser
 from mimeline.diffusion.guidance import Condition, Listen, between, guided
 from mimeline.diffusion.samplers import Denoiser, sample
@@ -52,11 +52,7 @@ class Sampling:
     precision: Literal["float32", "bfloat16"]
 
     def __post_init__(self):
-        values = {"evaluate": {"timeline": dict(vars(self))}}
-        try:
-            validate(values, "the sampling")
-        except ExceptionGroup as group:
-            raise group.exceptions[0] from None
+        checked({"evaluate": {"timeline": dict(vars(self))}}, "the sampling")
 
 
 def generate(

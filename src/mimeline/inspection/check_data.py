@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 
 from mimeline import tables
-from mimeline.config import validate
+from mimeline.config import checked
 from mimeline.dataset.check import Check, Finding, check
 from mimeline.dataset.split import PARTS
 from mimeline.errors import BadFile, NoSuchFile
@@ -56,10 +56,7 @@ def check_data(results: Path, configs: Sequence[Path]) -> tuple[Check, dict[str,
             expected="clips to train on",
             remedy=f"mimeline funnel --results {results} tells where they are lost.",
         )
-    try:
-        options = validate(configured(results, configs), "the configuration")["train"]["timeline"]
-    except ExceptionGroup as group:
-        raise group.exceptions[0] from None
+    options = checked(configured(results, configs), "the configuration")["train"]["timeline"]
     plan = {key: options[key] for key in ("window", "batch", "steps")}
     found = check(
         rows_of(results, "pose", tables.CLIPS),

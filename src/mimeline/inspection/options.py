@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from mimeline.config import validate
+from mimeline.config import checked, validate
 from mimeline.errors import BadConfig, unreadable
 from mimeline.tracking.readers import READERS, Tracker
 
@@ -94,11 +94,8 @@ def options(
     ingest = {key: dict(v) if isinstance(v, dict) else v for key, v in given.items()}
     by_hand = {key for text in sets if (key := _put(ingest, text))}
     ingest |= {"format": format} if format else {}
-    try:
-        others = {section: values.get(section) or {} for section in ("catalogue", "fetch")}
-        settled = validate({"ingest": ingest} | others, str(config or "--set"))
-    except ExceptionGroup as group:
-        raise group.exceptions[0] from None
+    others = {section: values.get(section) or {} for section in ("catalogue", "fetch")}
+    settled = checked({"ingest": ingest} | others, str(config or "--set"))
     exclude = frozenset(settled["catalogue"]["files"]["exclude"])
     told = {f"{key}.{k}" for key, v in ingest.items() if isinstance(v, dict) for k in v}
     data = Path(values.get("data_dir") or ".")

@@ -16,7 +16,7 @@ from mimeline.clips.conditions import condition
 from mimeline.clips.exclusions import read_exclusions
 from mimeline.clips.pose import pose
 from mimeline.clips.select import decide
-from mimeline.config import validate
+from mimeline.config import checked, validate
 from mimeline.errors import BadConfig, NoSuchFile
 from mimeline.inspection.left_behind import has_run, rows_of, shards
 from mimeline.inspection.options import from_yaml, value_of
@@ -152,10 +152,7 @@ def _checked(values: dict[str, Any], chosen: Mapping[str, Any] | None = None) ->
     for key, value in (chosen or {}).items():
         section, name = key.split(".")
         values = _laid_over(values, {section: {name: value}})
-    try:
-        return validate(values, "--set" if chosen else "the configuration")
-    except ExceptionGroup as group:
-        raise group.exceptions[0] from None
+    return checked(values, "--set" if chosen else "the configuration")
 
 
 def _asked(text: str) -> tuple[str, list[Any]]:
