@@ -148,6 +148,6 @@ rule ablations:
         seed=lookup("evaluate/seed", within=config),
         code=code_digest("mimeline.reporting.ablations"),
     message:
-        "The variants beside the paper's table 2"
+        "The variants beside the paper's Table 2"
     script:
         "../scripts/ablations.py"

@@ -4,37 +4,32 @@ A table is Parquet. It is written beside its target and moved into place, so a f
 whole. An empty table may carry the reason why it is empty.
 """
 
-from mimeline.tables.files import empty, read, read_all, reason, write
-from mimeline.tables.schemas import (
-    ATTRIBUTES,
-    AXES,
-    CLIPS,
+from mimeline.tables.annotation import (
     CLUSTERS,
-    COEFFICIENTS,
-    CONFUSION,
-    DESCRIPTIONS,
-    DUPLICATES,
     EXEMPLARS,
-    EXPERIMENTS,
-    FINGERPRINTS,
     FRAMES,
     INTERVALS,
     LABELS,
-    LEDGER,
-    LEFT_OUT,
-    LOSSES,
-    METRICS,
-    MOTION,
-    ORIGINS,
     PROFILES,
     SEGMENTS,
     SERIES,
+)
+from mimeline.tables.files import empty, read, read_all, reason, write
+from mimeline.tables.learning import DUPLICATES, LOSSES, SPLIT, STATISTICS
+from mimeline.tables.recordings import (
+    ATTRIBUTES,
+    AXES,
+    CLIPS,
+    COEFFICIENTS,
+    DESCRIPTIONS,
+    FINGERPRINTS,
+    LEDGER,
+    MOTION,
+    ORIGINS,
     SOURCE_TIMES,
-    SPLIT,
-    STATISTICS,
-    SWEEP,
     WEIGHTS,
 )
+from mimeline.tables.scores import CONFUSION, EXPERIMENTS, LEFT_OUT, METRICS, SWEEP
 from mimeline.tables.table import Table
 
 __all__ = [
