@@ -17,7 +17,7 @@ GROUP_SEES: dict[str, tuple[str, ...]] = {
 }
 assert set(GROUP_SEES) == set(OUTPUT_GROUPS)
 
-# All decoupled (Ma et al. 2025, table 2): a branch per control region, by the start of a channel's
+# All decoupled (Ma et al. 2025, Table 2): a branch per control region, by the start of a channel's
 # name; cheeks and nose belong to none and see all.
 REGION_CHANNELS: dict[str, tuple[str, ...]] = {
     "brow": ("brow",),

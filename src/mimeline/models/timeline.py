@@ -23,7 +23,7 @@ class Network(nn.Module):
     """Layers that read motion tokens and the tokens of a timeline.
 
     Each reads the initial timeline tokens anew (Ma et al. 2025, section 3.2), or, where they are
-    carried, what the layer before made of them (table 2, "w/o time con.").
+    carried, what the layer before made of them (Table 2, "w/o time con.").
     """
 
     def __init__(self, n_actions: int, width: int, heads: int, layers: int, carried: bool):
