@@ -5,6 +5,7 @@ the start. The tests that need none of them come first, then those of each run a
 """
 
 import os
+import signal
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -30,6 +31,8 @@ def pytest_collection_modifyitems(items):
 def beside(request) -> Iterator[Beside]:
     """The whole runs that tests ask for, begun before the first of these tests."""
     asked = {name for item in request.session.items for name in item.fixturenames}
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as a shell's script starts with &: what
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # we start would not hear Ctrl-C
     runs = Beside(asked & {*RUNS})
     yield runs
     runs.close()
