@@ -60,8 +60,8 @@ def world(tmp_path_factory) -> World:
     model = TimelineModel(normaliser.channels, **ARCHITECTURE)
     model.initialise(torch.Generator().manual_seed(0))
     run = Run(model, deepcopy(model), tables.empty(tables.LOSSES))
-    facts = {"family": "timeline", "model": ARCHITECTURE, "train": {"window": 64}, "origin": {}}
-    facts["fps"] = Fraction(30)
+    facts = {"family": "timeline", "model": ARCHITECTURE, "train": {"window": 64}}
+    facts |= {"fps": Fraction(30), "origins": {}, "origin": {}}
     checkpoints.save(found.untrained, run, normaliser=normaliser, **facts)
     checkpoints.save_empty(found.empty, "the train part is empty", {})
     return found

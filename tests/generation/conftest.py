@@ -77,6 +77,7 @@ def checkpoint(lively, tmp_path_factory):
         train={"window": WINDOW},
         normaliser=normaliser,
         fps=Fraction(25),
+        origins={},
         origin={},
     )
     return folder

@@ -32,6 +32,7 @@ class Tables:
     motion: Path
     frames: Path
     clips: Path
+    origins: Path
     split: Path
     statistics: Path
 
@@ -43,6 +44,7 @@ class Tables:
             motions=[self.motion],
             frames=[self.frames],
             clips=[self.clips],
+            origins=[self.origins],
             split=self.split,
             statistics=self.statistics,
             checkpoint=checkpoint,
@@ -95,6 +97,10 @@ def write_tables(
     tables.write(tables.MOTION, motion, found.motion)
     tables.write(tables.FRAMES, frames, found.frames)
     tables.write(tables.CLIPS, clips, found.clips)
+    had = {"measured": values.notna().any().to_numpy(), "origin": "a table", "quality": np.nan}
+    origins = pd.DataFrame({"channel": list(CHANNELS)} | had)
+    origins.loc[origins["channel"] == "jawOpen", "quality"] = 0.8
+    tables.write(tables.ORIGINS, origins, found.origins)
     tables.write(tables.SPLIT, split, found.split)
     tables.write(tables.STATISTICS, statistics, found.statistics)
     return found

@@ -32,7 +32,7 @@ def test_a_checkpoint_holds_both_weights_the_channels_and_its_origin(trained, wo
     assert origin["mimeline"] == __version__
     assert origin["seed"] == 0
     assert origin["packages"]["torch"] == version("torch")
-    assert [len(entry["sha256"]) for entry in origin["inputs"]] == [64] * 5
+    assert [len(entry["sha256"]) for entry in origin["inputs"]] == [64] * 6
     assert losses(trained)["step"].iloc[-1] == 60
     assert reason(trained) == ""
 

@@ -36,6 +36,7 @@ rule train_variant:
         motions=expand("<results>/ingest/{shard}/motion.parquet", shard=SHARDS),
         frames=expand("<results>/annotate/{shard}/frames.parquet", shard=SHARDS),
         clips=expand("<results>/pose/{shard}/clips.parquet", shard=SHARDS),
+        origins=expand("<results>/ingest/{shard}/origins.parquet", shard=SHARDS),
         split="<results>/split/split.parquet",
         statistics="<results>/split/statistics.parquet",
     output:

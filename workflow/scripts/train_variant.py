@@ -13,6 +13,7 @@ with stage(snakemake) as job:
         motions=job.input.motions,
         frames=job.input.frames,
         clips=job.input.clips,
+        origins=job.input.origins,
         split=job.input.split,
         statistics=job.input.statistics,
         checkpoint=job.output.checkpoint,

@@ -29,18 +29,34 @@ def origins_of(takes: Iterable[Take]) -> pd.DataFrame:
 
     quality: the least of all takes that measure it. Without takes, nothing is measured.
     """
-    found: dict[str, Origin] = {}
-    for take in takes:
-        for channel, origin in take.origins.items():
-            known = found.setdefault(channel, origin)
-            if origin.measured and (not known.measured or _below(origin, known)):
-                found[channel] = origin
+    found = _least(item for take in takes for item in take.origins.items())
     rows = [
         (channel, origin.measured, origin.text, origin.quality)
         for channel in CHANNELS
         for origin in (found.get(channel, UNTOLD),)
     ]
     return pd.DataFrame(rows, columns=tables.ORIGINS.schema.names)
+
+
+def told(rows: pd.DataFrame) -> dict[str, Origin]:
+    """Channel → its origin, of the rows of several `origins` tables, at its least quality."""
+    return _least(
+        (
+            row.channel,
+            Origin(row.origin, bool(row.measured), None if pd.isna(row.quality) else row.quality),
+        )
+        for row in rows.itertuples()
+    )
+
+
+def _least(had: Iterable[tuple[str, Origin]]) -> dict[str, Origin]:
+    """Of each channel the origin that measures it, at the least quality."""
+    found: dict[str, Origin] = {}
+    for channel, origin in had:
+        known = found.setdefault(channel, origin)
+        if origin.measured and (not known.measured or _below(origin, known)):
+            found[channel] = origin
+    return found
 
 
 def _below(origin: Origin, known: Origin) -> bool:

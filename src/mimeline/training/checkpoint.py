@@ -19,6 +19,7 @@ from mimeline import __version__, tables
 from mimeline.atomic import whole
 from mimeline.dataset.windows import Normaliser
 from mimeline.errors import MimelineError
+from mimeline.tracking.take import Origin
 from mimeline.training.families import FAMILIES
 from mimeline.training.loop import Run
 from mimeline.vocabulary import CHANNELS
@@ -45,6 +46,7 @@ class Trained:
 
     family: its name in FAMILIES. normaliser: its channels in order, with mean and std. train: the
     config keys that it was trained with. fps: frames per second of most of its training clips.
+    origins: channel → how its training clips had it, where that is known.
     """
 
     family: str
@@ -52,6 +54,7 @@ class Trained:
     normaliser: Normaliser
     train: dict[str, Any]
     fps: Fraction
+    origins: dict[str, Origin]
 
 
 def provenance(inputs: Iterable[str | Path], seed: int) -> dict[str, Any]:
@@ -73,12 +76,14 @@ def save(
     train: Mapping[str, Any],
     normaliser: Normaliser,
     fps: Fraction,
+    origins: Mapping[str, Origin],
     origin: Mapping[str, Any],
 ) -> None:
     """Write a finished training.
 
     model: the constructor's plain values but the channels, which the normaliser names. train: the
-    config keys. fps: frames per second of the training clips. origin: from `provenance`.
+    config keys. fps: frames per second of the training clips. origins: channel → how these had it.
+    origin: from `provenance`.
     """
     folder = _emptied(folder)
     weights = {AVERAGED + name: value for name, value in run.average.state_dict().items()}
@@ -87,6 +92,7 @@ def save(
     config |= {"model": dict(model), "train": dict(train)}
     channels = [
         {"name": name, **{key: float(getattr(normaliser, key)[i]) for key in NUMBERS}}
+        | _told(origins.get(name))
         for i, name in enumerate(normaliser.channels)
     ]
     content = safetensors.torch.save({name: value.contiguous() for name, value in weights.items()})
@@ -156,6 +162,11 @@ def load(folder: str | Path, averaged: bool = True) -> Trained:
             raise ValueError(f"weights that are no finite numbers in {', '.join(broken)}")
         model.load_state_dict(own)
         train, fps = dict(config["train"]), Fraction(config["fps"])
+        origins = {
+            row["name"]: Origin(str(row["origin"]), quality=row.get("quality"))
+            for row in rows
+            if "origin" in row
+        }
     except (
         ArithmeticError,
         AttributeError,
@@ -165,7 +176,15 @@ def load(folder: str | Path, averaged: bool = True) -> Trained:
         ValueError,
     ) as error:
         raise _bad(folder, str(error), f"{WEIGHTS} and {COLUMNS} that fit {CONFIG}") from error
-    return Trained(config["family"], model.eval().requires_grad_(False), normaliser, train, fps)
+    model = model.eval().requires_grad_(False)
+    return Trained(config["family"], model, normaliser, train, fps, origins)
+
+
+def _told(origin: Origin | None) -> dict[str, Any]:
+    if origin is None:
+        return {}
+    known = {} if origin.quality is None else {"quality": origin.quality}
+    return {"origin": origin.text} | known
 
 
 def _emptied(folder: str | Path) -> Path:

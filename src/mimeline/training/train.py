@@ -15,6 +15,7 @@ from mimeline.dataset.windows import Normaliser
 from mimeline.dataset.windows import clips as as_clips
 from mimeline.errors import BadFile
 from mimeline.room import room
+from mimeline.tracking.origins import told
 from mimeline.training import checkpoint as checkpoints
 from mimeline.training.families import FAMILIES
 from mimeline.training.hardware import Hardware
@@ -32,6 +33,7 @@ def train(
     motions: Sequence[str | Path],
     frames: Sequence[str | Path],
     clips: Sequence[str | Path],
+    origins: Sequence[str | Path],
     split: str | Path,
     statistics: str | Path,
     checkpoint: str | Path,
@@ -44,9 +46,9 @@ def train(
 ) -> None:
     """Train a model of the family `model` on the train part and write its checkpoint folder.
 
-    motions, frames, clips, split, statistics: files of the tables of these names. options: the keys
-    of the model's config section. hardware: those of `Hardware`. threads: of torch, shared by all
-    processes; one is fastest for small models. state, tensorboard: folders of the model's
+    motions, frames, clips, origins, split, statistics: files of the tables of these names. options:
+    the keys of the model's config section. hardware: those of `Hardware`. threads: of torch, shared
+    by all processes; one is fastest for small models. state, tensorboard: folders of the model's
     trainings, for what resumes one and for curves; each training, which is told by its data,
     options, precision and code (a digest), has its own in there. Once the checkpoint stands where
     it should, `finished` removes the state.
@@ -65,7 +67,9 @@ def train(
     wanted = {part: parts.loc[parts["part"] == part, "clip_id"] for part in ("train", "val")}
     data = {part: as_clips(motion, timelines, normaliser, ids) for part, ids in wanted.items()}
 
-    origin = checkpoints.provenance([*motions, *frames, *clips, split, statistics], options["seed"])
+    origin = checkpoints.provenance(
+        [*motions, *frames, *clips, *origins, split, statistics], options["seed"]
+    )
     n_frames = sum(int(clip.valid.sum()) for clip in data["train"])
     log.info("%d clips, %d valid frames to train on", len(data["train"]), n_frames)
     if partly := sum(not clip.measured.any(axis=0).all() for clip in data["train"]):
@@ -108,6 +112,7 @@ def train(
             train=options,
             normaliser=normaliser,
             fps=fps,
+            origins=told(tables.read_all(tables.ORIGINS, origins)),
             origin=origin,
         )
 
