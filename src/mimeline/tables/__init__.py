@@ -14,7 +14,7 @@ from mimeline.tables.annotation import (
     SEGMENTS,
     SERIES,
 )
-from mimeline.tables.files import empty, read, read_all, reason, write
+from mimeline.tables.files import about, empty, read, read_all, reason, write
 from mimeline.tables.learning import DUPLICATES, LOSSES, SPLIT, STATISTICS
 from mimeline.tables.recordings import (
     ATTRIBUTES,
@@ -62,6 +62,7 @@ __all__ = [
     "SWEEP",
     "WEIGHTS",
     "Table",
+    "about",
     "empty",
     "read",
     "read_all",

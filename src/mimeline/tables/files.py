@@ -14,7 +14,7 @@ from mimeline.atomic import whole
 from mimeline.errors import BadFile, MissingColumn
 from mimeline.tables.table import Table
 
-REASON = b"mimeline.reason"
+REASON, ABOUT = "mimeline.reason", "mimeline.about"
 
 
 def empty(table: Table) -> pd.DataFrame:
@@ -22,11 +22,13 @@ def empty(table: Table) -> pd.DataFrame:
     return _to_pandas(table.schema.empty_table())
 
 
-def write(table: Table, rows: pd.DataFrame, path: str | Path, reason: str = "") -> None:
+def write(
+    table: Table, rows: pd.DataFrame, path: str | Path, reason: str = "", about: str = ""
+) -> None:
     """Cast, check, sort and write rows to path; a file under that name is always whole.
 
-    reason: why the table is empty, kept in the file. Raises BadFile where a value is not allowed,
-    MissingColumn where a column is absent.
+    reason: why the table is empty; about: what else is to be known of it; both kept in the file.
+    Raises BadFile where a value is not allowed, MissingColumn where a column is absent.
     """
     path = Path(path)
     missing = [name for name in table.schema.names if name not in rows.columns]
@@ -53,8 +55,8 @@ def write(table: Table, rows: pd.DataFrame, path: str | Path, reason: str = "") 
             remedy="Fix the stage that makes the table.",
         ) from error
     _check(table, _to_pandas(arrow), path)
-    if reason:
-        arrow = arrow.replace_schema_metadata({REASON: reason.encode()})
+    if notes := {key: note for key, note in ((REASON, reason), (ABOUT, about)) if note}:
+        arrow = arrow.replace_schema_metadata(notes)
     with whole(path) as temporary:
         pq.write_table(arrow, temporary, compression="zstd")
 
@@ -128,8 +130,17 @@ def read_all(
 
 def reason(path: str | Path) -> str:
     """Why the table at path is empty; the empty string where it says nothing."""
+    return _note(path, REASON)
+
+
+def about(path: str | Path) -> str:
+    """What else is to be known of the table at path; the empty string where it says nothing."""
+    return _note(path, ABOUT)
+
+
+def _note(path: str | Path, key: str) -> str:
     metadata = pq.read_schema(path).metadata or {}
-    return metadata.get(REASON, b"").decode()
+    return metadata.get(key.encode(), b"").decode()
 
 
 def _to_pandas(arrow: pa.Table) -> pd.DataFrame:

@@ -41,7 +41,12 @@ def read(path: Path) -> list[Draft]:
         ) from error
     if isinstance(content, list):
         return [_Reader(f"clip {n}, ").draft(clip) for n, clip in enumerate(content, start=1)]
-    return [_Reader("").draft(content)]
+    return [draft(content)]
+
+
+def draft(clip: object) -> Draft:
+    """The draft of one clip as JSON has it."""
+    return _Reader("").draft(clip)
 
 
 def _once(pairs: list[tuple[str, object]]) -> dict[str, object]:

@@ -1,0 +1,135 @@
+"""Motion in files: what each kind is called, who opens it, what it does not keep."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from pathlib import Path
+
+from mimeline.errors import BadFile, NoSuchFile, unreadable
+from mimeline.face.model import Face
+from mimeline.inspection.options import Options
+from mimeline.inspection.recognise import format_of as format_of_take
+from mimeline.motion import about
+from mimeline.motion.formats import arrays, film, livelink, mesh_frames, scene, table
+from mimeline.motion.motion import Motion
+from mimeline.tracking.matching import Result
+from mimeline.tracking.readers import READERS
+
+
+@dataclass(frozen=True)
+class Format:
+    """A kind of file that motion is written to. program: what opens it.
+
+    draws: whether it shows a face, and then holds what that does rather than the numbers; again:
+    whether it can be read again. write: motion, path, and a face where it draws → what of the face
+    it cannot say.
+    """
+
+    name: str
+    ending: str
+    program: str
+    draws: bool
+    again: bool
+    write: Callable[..., tuple[str, ...] | None]
+
+
+FORMATS: dict[str, Format] = {
+    form.name: form
+    for form in (
+        Format("livelink", ".csv", "Unreal, Live Link Face tools", False, True, livelink.write),
+        Format("gltf", ".glb", "Blender, three.js, engines", True, True, scene.write),
+        Format("mp4", ".mp4", "any player", True, False, film.write),
+        Format("npz", ".npz", "numpy", False, True, arrays.write),
+        Format("parquet", ".parquet", "pandas, pyarrow, duckdb", False, True, table.write),
+        Format("obj", ".obj", "programs without animation", True, False, mesh_frames.write),
+    )
+}
+ENDINGS = tuple(form.ending for form in FORMATS.values())
+REMEDY = f"Name the file by what it is to be: {', '.join(ENDINGS)}."
+
+
+@dataclass(frozen=True)
+class Written:
+    """A file, or a folder of files, of a motion. lost: what it does not keep."""
+
+    path: Path
+    format: Format
+    lost: tuple[str, ...]
+
+
+def format_of(path: Path) -> Format:
+    """The format that a file's ending means. Raises BadFile for none."""
+    ending = path.suffix.casefold()
+    for form in FORMATS.values():
+        if form.ending == ending:
+            return form
+    found = f"a name that ends in {ending}" if ending else "a name without an ending"
+    raise BadFile(path, found=found, expected=f"one of {', '.join(ENDINGS)}", remedy=REMEDY)
+
+
+def write(motion: Motion, path: Path, face: Face) -> Written:
+    """Write a motion; the file is whole or not there. face: for the formats that show one.
+
+    Raises BadFile for an ending that is no format's, a motion without a frame to write, and a place
+    that cannot be written to.
+    """
+    form = format_of(path)
+    try:
+        lost = form.write(motion, path, face) if form.draws else form.write(motion, path)
+    except OSError as error:
+        raise unreadable(
+            path, error, expected="a place to write to", remedy="Choose another one."
+        ) from error
+    target = path.with_suffix("") if form.name == "obj" else path
+    return Written(target, form, tuple(lost or ()))
+
+
+def read(path: Path, options: Options) -> Motion:
+    """The motion of a file: one of ours, glTF with named morph targets, or any tracking result.
+
+    options: how a tracking result is read. What lies beside a file of ours is taken into account.
+    Raises NoSuchFile where there is none, BadFile for a file that holds no motion.
+    """
+    path = Path(path)
+    if not path.exists():
+        raise NoSuchFile(
+            path,
+            found="no such file",
+            expected="a motion, or a tracking result",
+            remedy="See that the path is right.",
+        )
+    ending = path.suffix.casefold()
+    if not options.named and ending == ".glb":
+        return scene.read(path, _said_rate(options))
+    if not options.named and ending == ".npz" and arrays.holds(path):
+        return arrays.read(path)
+    if not options.named and ending == ".parquet" and table.holds(path):
+        return table.read(path)
+    return _take(path, options)
+
+
+def _take(path: Path, options: Options) -> Motion:
+    """A tracking result, with what lies beside it where it is one of ours."""
+    format = options.format if options.named else format_of_take(path, options)
+    if format is None:
+        raise BadFile(
+            path,
+            found="nothing that moves a face",
+            expected=f"a motion of ours (.glb, .npz, .parquet), glTF with morph targets, or a "
+            f"tracking result ({', '.join(READERS)})",
+            remedy="--format NAME reads it as that format; `mimeline inspect` says what it is.",
+        )
+    options.refuse_idle({format})
+    tracker, told = options.tracker(format), about.read_beside(path)
+    rate = about.rate(told)
+    if rate and "fps" in tracker.reading and not options.knows_fps(format):
+        tracker = replace(tracker, reading={**tracker.reading, "fps": str(rate)})
+    result = Result.read(tracker, path, options.ingest["max_loss"])
+    return about.informed(Motion.of_take(result.take), told)
+
+
+def _said_rate(options: Options) -> Fraction | None:
+    """The rate that somebody said of takes of any format."""
+    rates = {own["fps"] for own in options.ingest.values() if type(own) is dict and "fps" in own}
+    said = any(key.rpartition(".")[2] == "fps" for key in options.told)
+    return Fraction(rates.pop()) if said and len(rates) == 1 else None

@@ -1,0 +1,1 @@
+"""What writes and reads motion, a module for each kind of file."""

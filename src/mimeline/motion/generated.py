@@ -1,0 +1,1 @@
+"""Motion that a trained model makes of timelines, with all that is to be known of it."""
