@@ -64,8 +64,8 @@ def lively() -> TimelineModel:
 
 
 @pytest.fixture(scope="session")
-def checkpoint(lively, tmp_path_factory):
-    """The lively model in a checkpoint; values are held within [0.3, 0.5]."""
+def trained(lively, tmp_path_factory):
+    """The lively model from a checkpoint; values are held within [0.3, 0.5]."""
     normaliser = Normaliser(CHANNELS, *(np.full(5, x) for x in (0.4, 0.2, 0.3, 0.5)))
     folder = tmp_path_factory.mktemp("generation") / "checkpoint"
     run = Run(lively, deepcopy(lively), tables.empty(tables.LOSSES))
@@ -80,7 +80,7 @@ def checkpoint(lively, tmp_path_factory):
         origins={},
         origin={},
     )
-    return folder
+    return checkpoints.load(folder)
 
 
 @pytest.fixture(scope="session")

@@ -12,7 +12,6 @@ from mimeline.generation.request import Request
 from mimeline.generation.timeline import FRAMES, batches, generate, obeying, sampled
 from mimeline.models.timeline import TimelineModel
 from mimeline.timeline.timeline import Interval, Timeline
-from mimeline.training.checkpoint import BadCheckpoint
 from mimeline.vocabulary import ACTIONS, CONTROL_REGIONS, UNKNOWN, region_actions
 
 ORDER = list(ACTIONS)
@@ -61,28 +60,28 @@ def test_each_request_gets_motion_of_its_own_length(made, sampler):
     assert all(np.isfinite(motion).all() for motion in found)
 
 
-def test_motion_stays_within_what_training_has_seen(checkpoint, sampling):
-    motion = np.concatenate(generate(checkpoint, asked(60), sampling(guidance=8.0), seed=0))
+def test_motion_stays_within_what_training_has_seen(trained, sampling):
+    motion = np.concatenate(generate(trained, asked(60), sampling(guidance=8.0), seed=0))
     assert motion.min() == pytest.approx(0.3)
     assert motion.max() == pytest.approx(0.5)
 
 
-def test_what_is_known_stays_and_the_rest_goes_with_it(checkpoint, sampling):
+def test_what_is_known_stays_and_the_rest_goes_with_it(trained, sampling):
     (values,) = timelines(3 * WINDOW)
     rise = np.linspace(0.3, 0.5, len(values))
     requests = [Request(values, values, known) for known in ({}, {"head_yaw_left": rise})]
-    free, bound = (generate(checkpoint, [own], sampling(), seed=0)[0] for own in requests)
+    free, bound = (generate(trained, [own], sampling(), seed=0)[0] for own in requests)
     np.testing.assert_allclose(bound[:, 4], rise, atol=1e-6)
     assert np.abs(bound[:, :4] - free[:, :4]).max() > 0.01
-    both = generate(checkpoint, [requests[1], *asked(7)], sampling(), seed=0)
+    both = generate(trained, [requests[1], *asked(7)], sampling(), seed=0)
     np.testing.assert_allclose(both[0], bound, atol=1e-5)  # whatever others know
 
 
-def test_what_is_known_of_a_channel_that_the_model_lacks_is_told(checkpoint, sampling, caplog):
+def test_what_is_known_of_a_channel_that_the_model_lacks_is_told(trained, sampling, caplog):
     (values,) = timelines(9)
     knowing = Request(values, values, {"tongueOut": np.zeros(9)})
-    (found,) = generate(checkpoint, [knowing], sampling(), seed=0)
-    (without,) = generate(checkpoint, [Request(values, values)], sampling(), seed=0)
+    (found,) = generate(trained, [knowing], sampling(), seed=0)
+    (without,) = generate(trained, [Request(values, values)], sampling(), seed=0)
     np.testing.assert_array_equal(found, without)
     assert "the model does not have tongueOut" in caplog.text
 
@@ -101,22 +100,20 @@ def test_a_sampling_that_cannot_be_is_refused(sampling, changes, told):
         replace(sampling(), **changes)
 
 
-def test_a_timeline_is_a_request(checkpoint, sampling):
+def test_a_timeline_is_a_request(trained, sampling):
     smile = Timeline("mine", Fraction(25), 20, {"mouth": [Interval("Smile", 5, 15)]})
-    made = [
-        generate(checkpoint, [own], sampling(), seed=0)[0] for own in (smile, Request.of(smile))
-    ]
+    made = [generate(trained, [own], sampling(), seed=0)[0] for own in (smile, Request.of(smile))]
     np.testing.assert_array_equal(*made)
 
 
-def test_a_seed_settles_the_motion(checkpoint, sampling):
-    one, two, other = (generate(checkpoint, asked(9), sampling(), seed)[0] for seed in (3, 3, 4))
+def test_a_seed_settles_the_motion(trained, sampling):
+    one, two, other = (generate(trained, asked(9), sampling(), seed)[0] for seed in (3, 3, 4))
     assert np.array_equal(one, two)
     assert not np.array_equal(one, other)
 
 
-def test_the_same_request_in_two_places_gets_two_motions(checkpoint, sampling):
-    first, second = generate(checkpoint, asked(9) * 2, sampling(), seed=0)
+def test_the_same_request_in_two_places_gets_two_motions(trained, sampling):
+    first, second = generate(trained, asked(9) * 2, sampling(), seed=0)
     assert not np.allclose(first, second, atol=0.01)
 
 
@@ -136,11 +133,11 @@ def test_a_request_s_motion_does_not_depend_on_its_company(made, changes):
     assert among == pytest.approx(together[1], abs=1e-4)
 
 
-def test_batches_do_not_change_the_motion(checkpoint, sampling, monkeypatch):
+def test_batches_do_not_change_the_motion(trained, sampling, monkeypatch):
     requests = asked(20, 9, 50, 3)
-    together = generate(checkpoint, requests, sampling(), seed=0)
+    together = generate(trained, requests, sampling(), seed=0)
     monkeypatch.setattr("mimeline.generation.timeline.FRAMES", 1)
-    one_by_one = generate(checkpoint, requests, sampling(), seed=0)
+    one_by_one = generate(trained, requests, sampling(), seed=0)
     for ours, theirs in zip(together, one_by_one, strict=True):
         assert ours == pytest.approx(theirs, abs=1e-4)
 
@@ -153,13 +150,8 @@ def test_a_batch_holds_requests_of_like_length_and_no_more_frames_than_memory_is
     assert all(len(b) == 1 or len(b) * max(lengths[i] for i in b) <= FRAMES for b in found)
 
 
-def test_no_request_gives_no_motion(checkpoint, sampling):
-    assert generate(checkpoint, [], sampling(), seed=0) == []
-
-
-def test_a_missing_checkpoint_is_a_typed_error(tmp_path, sampling):
-    with pytest.raises(BadCheckpoint):
-        generate(tmp_path / "nowhere", asked(3), sampling(), seed=0)
+def test_no_request_gives_no_motion(trained, sampling):
+    assert generate(trained, [], sampling(), seed=0) == []
 
 
 # Every key of the sampling says something
@@ -183,9 +175,9 @@ def test_every_key_of_the_sampling_changes_the_motion(made, changes):
     assert np.abs(before - after).max() > 0.01
 
 
-def test_bfloat16_makes_nearly_the_same_motion(checkpoint, sampling):
+def test_bfloat16_makes_nearly_the_same_motion(trained, sampling):
     exact, rough = (
-        generate(checkpoint, asked(20), sampling(precision=precision), seed=0)[0]
+        generate(trained, asked(20), sampling(precision=precision), seed=0)[0]
         for precision in ("float32", "bfloat16")
     )
     assert rough.dtype == np.float32
@@ -296,7 +288,7 @@ def test_halves_that_are_asked_the_same_are_one_request(made):
     assert np.array_equal(made([plain])[0], made([halves])[0])
 
 
-def test_what_the_model_cannot_move_it_is_not_told(checkpoint, sampling, caplog):
+def test_what_the_model_cannot_move_it_is_not_told(trained, sampling, caplog):
     """Its channels hold nothing of mouth, eyes or gaze but the jaw."""
     generator = torch.Generator().manual_seed(0)
     channels = ("browInnerUp", "head_yaw_left")
@@ -311,7 +303,7 @@ def test_what_the_model_cannot_move_it_is_not_told(checkpoint, sampling, caplog)
     assert torch.equal(smiling, resting)
     assert not torch.equal(turned, resting)
     with caplog.at_level(logging.WARNING):
-        generate(checkpoint, [asking("HeadUp"), asking("EyeClose", side="left")], sampling(), 0)
+        generate(trained, [asking("HeadUp"), asking("EyeClose", side="left")], sampling(), 0)
     assert caplog.messages == ["the model does not move what EyeClose would: left out"]
 
 

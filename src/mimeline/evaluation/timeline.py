@@ -75,7 +75,8 @@ def evaluate_timeline(
     if len(ids) < options["timelines"]:
         log.warning("%d timelines of the %d wanted: no more clips", len(ids), options["timelines"])
     motion = tables.read_all(tables.MOTION, motions)
-    channels = list(checkpoints.load(checkpoint).normaliser.channels)
+    trained = checkpoints.load(checkpoint)
+    channels = list(trained.normaliser.channels)
     truth = marked[marked["clip_id"].isin(ids)].reset_index(drop=True)
     asked = timelines(truth)  # sorted by clip_id, as truth is
     told = {
@@ -113,7 +114,7 @@ def evaluate_timeline(
     for variant, given in told.items():
         requests = [Request.both_sides(timeline) for timeline in given]
         started = perf_counter()
-        clips = generate(checkpoint, requests, sampling, options["seed"])
+        clips = generate(trained, requests, sampling, options["seed"])
         seconds = perf_counter() - started
         log.info("%s: %.1f s, %.0f frames per second", variant, seconds, len(truth) / seconds)
         table = motion_table(truth, clips, channels)

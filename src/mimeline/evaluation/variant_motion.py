@@ -50,6 +50,7 @@ def generated(
     limits = Limits(**annotate)
     annotator = Annotator(read_models(segment_models), tables.read(tables.LABELS, labels), limits)
     clips = tables.read_all(tables.MOTION, motions)
+    trained = None if nothing else checkpoints.load(checkpoint)
     for name, path in made.items():
         wanted = asked[UNSEEN if name in EYES else name]
         if why := nothing or tables.reason(wanted):
@@ -57,13 +58,13 @@ def generated(
             marked = tables.empty(tables.FRAMES)
         else:
             told = tables.read(tables.FRAMES, wanted)
-            channels = checkpoints.load(checkpoint).normaliser.channels
+            channels = trained.normaliser.channels
             known = eyes(told, clips, channels, EYES[name]) if name in EYES else {}
             requests = [
                 Request(timeline, timeline, known.get(clip, {}))
                 for clip, timeline in timelines(told).items()
             ]
-            values = generate(checkpoint, requests, Sampling(**sampling), seed)
+            values = generate(trained, requests, Sampling(**sampling), seed)
             motion = motion_table(told, values, channels)
             tables.write(tables.MOTION, motion, path)
             marked = annotator.frames(motion)

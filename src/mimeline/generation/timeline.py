@@ -2,9 +2,9 @@
 
 import logging
 from collections.abc import Iterator, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from itertools import chain
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
@@ -23,7 +23,7 @@ from mimeline.generation.windows import windowed
 from mimeline.models.divisions import parts
 from mimeline.models.timeline import TimelineModel
 from mimeline.timeline.timeline import SIDES, Timeline
-from mimeline.training.checkpoint import load
+from mimeline.training.checkpoint import Trained
 from mimeline.vocabulary import ACTIONS, UNKNOWN
 
 log = logging.getLogger(__name__)
@@ -56,22 +56,21 @@ class Sampling:
 
 
 def generate(
-    checkpoint: str | Path, requests: Sequence[Request | Timeline], sampling: Sampling, seed: int
+    trained: Trained, requests: Sequence[Request | Timeline], sampling: Sampling, seed: int
 ) -> list[np.ndarray]:
-    """Motion for each request, (L, D) float32 in channel units, columns as in the checkpoint.
+    """Motion for each request, (L, D) float32 in channel units, columns as the model's channels.
 
     Values are held within the range that training has seen. A request's motion depends on the seed
     and its place among the requests, not on the others. What is asked of a region that the model
     does not move is left out, and so is what is known of a channel that it does not have: the log
-    says so. Raises BadCheckpoint as `load` does.
+    says so.
     """
-    trained = load(checkpoint)
     requests = [Request.of(own) if isinstance(own, Timeline) else own for own in requests]
     if lost := unheard(requests, trained.normaliser.channels):
         log.warning("the model does not move what %s would: left out", ", ".join(lost))
     if lost := sorted({*chain(*(own.known for own in requests))} - {*trained.normaliser.channels}):
         log.warning("the model does not have %s: what is known is left out", ", ".join(lost))
-    model = trained.model.to(getattr(torch, sampling.precision))
+    model = deepcopy(trained.model).to(getattr(torch, sampling.precision))
     window = trained.train["window"]
     made: dict[int, np.ndarray] = {}
     for batch in batches([len(request) for request in requests]):
