@@ -11,7 +11,7 @@ def test_every_item_comes_and_long_work_says_what_is_left(monkeypatch, caplog):
     monkeypatch.setattr(progress.time, "monotonic", lambda: float(next(clock)))
     with caplog.at_level(logging.INFO, logger="mimeline.test"):
         assert list(told("abcd", "clips", log)) == list("abcd")
-    assert caplog.messages[0] == "1 of 4 clips, about 60 s left"
+    assert caplog.messages[0] == "2 of 4 clips, about 20 s left"
 
 
 def test_short_work_is_silent(caplog):

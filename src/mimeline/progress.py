@@ -9,15 +9,30 @@ Item = TypeVar("Item")
 EVERY_S = 15.0  # seconds between two words
 
 
+class Pace:
+    """Says now and then how many things of a total are done, and what time is left."""
+
+    def __init__(self, total: int, what: str, log: logging.Logger):
+        self.total, self.done, self._what, self._log = total, 0, what, log
+        self._began = self._said = time.monotonic()
+
+    def step(self) -> None:
+        """One more is done."""
+        self.done += 1
+        now = time.monotonic()
+        if now - self._said > EVERY_S and self.done < self.total:
+            left_s = (now - self._began) / self.done * (self.total - self.done)
+            counted = self.done, self.total, self._what
+            self._log.info("%d of %d %s, about %s left", *counted, duration(left_s))
+            self._said = now
+
+
 def told(items: Sequence[Item], what: str, log: logging.Logger) -> Iterator[Item]:
     """The items, one by one; now and then the log says how many are done and what time is left."""
-    began = said = time.monotonic()
-    for number, item in enumerate(items):
-        if (now := time.monotonic()) - said > EVERY_S and number:
-            left_s = (now - began) / number * (len(items) - number)
-            log.info("%d of %d %s, about %s left", number, len(items), what, duration(left_s))
-            said = now
+    pace = Pace(len(items), what, log)
+    for item in items:
         yield item
+        pace.step()
 
 
 def duration(seconds: float) -> str:

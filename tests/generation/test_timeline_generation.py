@@ -150,6 +150,16 @@ def test_a_batch_holds_requests_of_like_length_and_no_more_frames_than_memory_is
     assert all(len(b) == 1 or len(b) * max(lengths[i] for i in b) <= FRAMES for b in found)
 
 
+def test_long_work_says_what_is_left(trained, sampling, monkeypatch, caplog):
+    monkeypatch.setattr("mimeline.progress.EVERY_S", 0)
+    monkeypatch.setattr("mimeline.generation.timeline.FRAMES", 1)
+    with caplog.at_level(logging.INFO):
+        generate(trained, asked(9, 9), sampling(sampler_steps=3), seed=0)
+    assert [text.split(",")[0] for text in caplog.messages] == [
+        f"{n} of 6 steps of the sampler" for n in range(1, 6)
+    ]
+
+
 def test_no_request_gives_no_motion(trained, sampling):
     assert generate(trained, [], sampling(), seed=0) == []
 

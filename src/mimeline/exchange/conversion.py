@@ -9,6 +9,7 @@ from mimeline.clips.admission import SAFE_ID
 from mimeline.errors import BadFile, NoSuchFile, printable
 from mimeline.exchange.reading import Reading
 from mimeline.reporting import words
+from mimeline.targets import is_folder, require_folder, require_free, require_new
 from mimeline.timeline import files
 from mimeline.timeline.timeline import Timeline
 
@@ -73,7 +74,7 @@ def convert(
     """
     read = reading.folder(source) if source.is_dir() else {source: reading.every(source)}
     timelines = [timeline for own in read.values() for timeline in own]
-    if target.is_dir() or not (target.suffix or target.exists()):
+    if is_folder(target):
         if media is not None and len(timelines) > 1:
             raise BadFile(
                 media,
@@ -86,7 +87,7 @@ def convert(
         return write_each(timelines, target, format, films, read, overwrite)
     if len(timelines) == 1:
         return write(timelines[0], target, format, media, read, overwrite)
-    _require_free(target, read, overwrite)
+    require_free(target, read, overwrite)
     lost = files.write_all(timelines, target, format)
     return Written(target, files.format_of(target, format).name, timelines, lost)
 
@@ -106,7 +107,7 @@ def write(
     where media is not there.
     """
     _require_video(media)
-    _require_free(target, sources, overwrite)
+    require_free(target, sources, overwrite)
     lost = files.write(timeline, target, format, media)
     return Written(target, files.format_of(target, format).name, [timeline], lost)
 
@@ -125,13 +126,7 @@ def write_each(
     a folder that is a file, or without a format, a clip whose id is no plain file name, and files
     that are there already, unless overwrite allows to replace them.
     """
-    if folder.exists() and not folder.is_dir():
-        raise BadFile(
-            folder,
-            found="a file",
-            expected="a folder for a file of each clip",
-            remedy="Name another one.",
-        )
+    require_folder(folder)
     if format is None:
         raise BadFile(
             folder,
@@ -149,16 +144,9 @@ def write_each(
                 remedy="Rename the clip in the file that it is read from.",
             )
     paths = {t.clip_id: folder / f"{t.clip_id}{form.suffixes[0]}" for t in timelines}
-    there = [path for path in paths.values() if path.exists()]
-    if there and not overwrite:
-        raise BadFile(
-            folder,
-            found=f"{there[0].name}{f' and {len(there) - 1} more' if there[1:] else ''} already",
-            expected="no file of a clip that is to be written",
-            remedy="Somebody may have corrected them: name another folder, or say --overwrite.",
-        )
+    there = require_new(folder, paths.values(), overwrite)
     for path in there:
-        _require_free(path, sources, overwrite)
+        require_free(path, sources, overwrite)
     lost = [files.write(t, paths[t.clip_id], format, films.get(t.clip_id)) for t in timelines]
     names = dict.fromkeys(name for own in lost for name in own)
     filmed = 0 if files.MEDIA in form.loses else sum(t.clip_id in films for t in timelines)
@@ -173,19 +161,3 @@ def _require_video(media: Path | None) -> None:
             expected="the clip's video",
             remedy="See that the path is right.",
         )
-
-
-def _require_free(target: Path, sources: Collection[Path], overwrite: bool) -> None:
-    if not target.exists():
-        return
-    if any(target.samefile(source) for source in sources):
-        found, remedy = "the file that is read", "Name another one; what is there stays."
-    elif target.is_symlink() or not target.is_file():
-        found = "a folder" if target.is_dir() else "a link, or something else than a file"
-        remedy = "Name a file."  # /dev/stdout is a link to a file where it goes into one
-    elif not overwrite:
-        found = "a file already"
-        remedy = "Somebody may have corrected it: name another one, or say --overwrite."
-    else:
-        return
-    raise BadFile(target, found=found, expected="another file to write to", remedy=remedy)

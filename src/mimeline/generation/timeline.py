@@ -22,6 +22,7 @@ from mimeline.generation.sides import two_sided
 from mimeline.generation.windows import windowed
 from mimeline.models.divisions import parts
 from mimeline.models.timeline import TimelineModel
+from mimeline.progress import Pace
 from mimeline.timeline.timeline import SIDES, Timeline
 from mimeline.training.checkpoint import Trained
 from mimeline.vocabulary import ACTIONS, UNKNOWN
@@ -73,10 +74,13 @@ def generate(
     model = deepcopy(trained.model).to(getattr(torch, sampling.precision))
     window = trained.train["window"]
     made: dict[int, np.ndarray] = {}
-    for batch in batches([len(request) for request in requests]):
+    groups = [*batches([len(request) for request in requests])]
+    calls = len(model.schedule) if sampling.sampler == "ddpm" else sampling.sampler_steps
+    pace = Pace(calls * len(groups), "steps of the sampler", log)
+    for batch in groups:
         own_requests, seeds = [requests[i] for i in batch], [(seed, i) for i in batch]
         known = [known_scores(request, trained.normaliser) for request in own_requests]
-        scores = sampled(model, own_requests, sampling, window, seeds, known)
+        scores = sampled(model, own_requests, sampling, window, seeds, known, pace)
         for i, own in zip(batch, scores, strict=True):
             made[i] = trained.normaliser.undo(own.numpy())
     return [made[i] for i in range(len(requests))]
@@ -90,12 +94,13 @@ def sampled(
     window: int,
     seeds: Sequence[Sequence[int]],
     known: Sequence[Tensor] = (),
+    pace: Pace | None = None,
 ) -> list[Tensor]:
     """Motion as z-scores, (L, D) float32 for each request, all in one batch.
 
     window: frames of the windows that the model was trained on. seeds: numbers for each request
-    that settle its noise. known: of `known_scores`, for each request, or none. The model is in
-    sampling.precision.
+    that settle its noise. known: of `known_scores`, for each request, or none. pace: is told each
+    call of the denoiser. The model is in sampling.precision.
     """
     lengths = [len(request) for request in requests]
     valid = torch.arange(max(lengths)) < torch.tensor(lengths)[:, None]  # (B, L)
@@ -110,6 +115,7 @@ def sampled(
     denoise = obeying(listen, (left, right, valid), sampling, len(model.schedule))
     if any(own.isfinite().any() for own in known):
         denoise = knowing(denoise, pad_sequence(known, batch_first=True, padding_value=torch.nan))
+    denoise = denoise if pace is None else paced(denoise, pace)
     made = sample(sampling.sampler, denoise, noise(), model.schedule, sampling.sampler_steps, noise)
     return [own[:length] for own, length in zip(made, lengths, strict=True)]
 
@@ -147,6 +153,17 @@ def knowing(denoise: Denoiser, known: Tensor) -> Denoiser:
         return torch.where(given, known, denoise(noisy, step))
 
     return denoise_rest
+
+
+def paced(denoise: Denoiser, pace: Pace) -> Denoiser:
+    """The denoiser that tells a pace of its calls."""
+
+    def denoise_and_tell(noisy: Tensor, step: Tensor) -> Tensor:
+        clean = denoise(noisy, step)
+        pace.step()
+        return clean
+
+    return denoise_and_tell
 
 
 def known_scores(request: Request, normaliser: Normaliser) -> Tensor:

@@ -12,8 +12,6 @@ from mimeline.timeline.timeline import Timeline
 from mimeline.tracking.take import Origin, Take, assemble
 from mimeline.vocabulary import CHANNELS
 
-MADE = Origin("made by a model")
-
 
 @dataclass(frozen=True, eq=False)
 class Motion:

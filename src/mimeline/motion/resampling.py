@@ -12,16 +12,16 @@ from mimeline.timeline.timeline import Timeline
 from mimeline.tracking.take import assemble
 
 
-def resampled(motion: Motion, fps: Fraction) -> Motion:
-    """The motion at another rate, as long as it was.
+def resampled(motion: Motion, fps: Fraction, n_frames: int | None = None) -> Motion:
+    """The motion at another rate, as long as it was; n_frames: where that is to the frame.
 
     Between frames it follows a curve that does not overshoot (Fritsch & Carlson 1980, PCHIP),
     through the frames that a channel is known in; a frame is valid, and a channel is known in it,
     where that holds for the frame that was shown at the time.
     """
-    if fps == motion.fps:
+    n = n_frames or max(1, nearest_frame(Fraction(len(motion)) / motion.fps, fps))
+    if fps == motion.fps and n == len(motion):
         return motion
-    n = max(1, nearest_frame(Fraction(len(motion)) / motion.fps, fps))
     frame = np.arange(n)
     at = frame * float(motion.fps / fps)  # (n,) in frames of the motion
     shown = np.minimum(at.astype(int), len(motion) - 1)
