@@ -155,9 +155,8 @@ def test_long_work_says_what_is_left(trained, sampling, monkeypatch, caplog):
     monkeypatch.setattr("mimeline.generation.timeline.FRAMES", 1)
     with caplog.at_level(logging.INFO):
         generate(trained, asked(9, 9), sampling(sampler_steps=3), seed=0)
-    assert [text.split(",")[0] for text in caplog.messages] == [
-        f"{n} of 6 steps of the sampler" for n in range(1, 6)
-    ]
+    said = [text.split(",")[0] for text in caplog.messages if "left" in text.split()[-1]]
+    assert said[-5:] == [f"{n} of 6 steps of the sampler" for n in range(1, 6)]
 
 
 def test_no_request_gives_no_motion(trained, sampling):

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from mimeline import __version__
-from mimeline.cli import timelines
+from mimeline.cli import generate, motion, timelines
 from mimeline.cli.terminal import colour, say
 from mimeline.errors import MimelineError
 
@@ -52,6 +52,28 @@ def _parser() -> argparse.ArgumentParser:
     with_a_page.add_argument("--port", type=int, default=0, help="0: any that is free")
     with_a_page.add_argument("--no-browser", action="store_true", help="only say the address")
 
+    as_taken = argparse.ArgumentParser(add_help=False)
+    as_taken.add_argument("--format", help="read it as this format of ingest.format, and no other")
+    as_taken.add_argument(
+        "--config", type=Path, help="a run's configuration: takes are read as it would"
+    )
+    as_taken.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        metavar="KEY=VALUE",
+        help="a key of section ingest, such as fps=25, angle_unit=degrees or bad_values=mask; "
+        "may be repeated",
+    )
+    that_draws = argparse.ArgumentParser(add_help=False)
+    that_draws.add_argument(
+        "--face",
+        metavar="PATH",
+        type=Path,
+        help="a face model with ARKit's shapes, such as ICT-FaceKit's; without it our own",
+    )
+    that_draws.add_argument("--overwrite", action="store_true", help="replace what is there")
+
     config = commands.add_parser(
         "config", help="write config.yaml and config.schema.json from the models"
     )
@@ -60,24 +82,12 @@ def _parser() -> argparse.ArgumentParser:
 
     inspect = commands.add_parser(
         "inspect",
-        parents=[for_programs],
+        parents=[as_taken, for_programs],
         help="what a file or folder is, and what is wrong with it",
         description="Say what a tracking result, video, table, catalogue, face model or folder is: "
         "its format, channels, frames, ranges and problems. The exit code is 1 on a problem.",
     )
     inspect.add_argument("path", type=Path, help="a file, or a folder")
-    inspect.add_argument("--format", help="read it as this format of ingest.format, and no other")
-    inspect.add_argument(
-        "--config", type=Path, help="a run's configuration: takes are read as it would"
-    )
-    inspect.add_argument(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="a key of section ingest, such as fps=25, angle_unit=degrees or bad_values=mask; "
-        "may be repeated",
-    )
     inspect.set_defaults(run=_inspect)
 
     why = commands.add_parser(
@@ -203,6 +213,8 @@ def _parser() -> argparse.ArgumentParser:
     ratings.set_defaults(run=_ratings)
 
     timelines.add(commands, of_a_run, for_programs)
+    motion.add(commands, as_taken, that_draws)
+    generate.add(commands, of_a_run, that_draws)
     return parser
 
 

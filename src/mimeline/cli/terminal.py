@@ -1,5 +1,6 @@
 """What commands say, and whether in colours."""
 
+import logging
 import os
 import sys
 
@@ -8,6 +9,17 @@ def say(text: str) -> None:
     """Print text as it is; a terminal may not have every character."""
     sys.stdout.reconfigure(errors="replace")
     print(text, end="", flush=True)
+
+
+def tell(what: object) -> None:
+    """Say what was done, to the person rather than to a program that reads the output."""
+    print(what, file=sys.stderr, flush=True)
+
+
+def show_progress() -> None:
+    """Let the package's log say how far long work is, and its warnings."""
+    logging.basicConfig(format="mimeline: %(message)s")
+    logging.getLogger("mimeline").setLevel(logging.INFO)
 
 
 def colour() -> bool:

@@ -1,10 +1,9 @@
 """The commands of `mimeline timeline`: files of timelines converted, compared, joined, checked."""
 
 import argparse
-import sys
 from pathlib import Path
 
-from mimeline.cli.terminal import colour, say
+from mimeline.cli.terminal import colour, say, tell
 from mimeline.errors import MimelineError, printable
 
 FORMATS = "json, csv, vtt, eaf, TextGrid, txt"
@@ -129,7 +128,7 @@ def _convert(arguments: argparse.Namespace) -> int:
         arguments.media,
         arguments.overwrite,
     )
-    _tell(written)
+    tell(written)
     return 0
 
 
@@ -141,7 +140,7 @@ def _diff(arguments: argparse.Namespace) -> int:
     try:
         found = diff(*_reading(arguments).both(*files))
     except MimelineError as error:
-        _tell(f"mimeline: {error}")
+        tell(f"mimeline: {error}")
         return 2
     say(as_json(found, *files) if arguments.json else as_text(found, *files, colour()))
     return 1 if found else 0
@@ -162,13 +161,13 @@ def _merge(arguments: argparse.Namespace) -> int:
         files,
         arguments.overwrite,
     )
-    _tell(written)
+    tell(written)
     paid = cost(first, second, merged)
     told = f"overlapping intervals: {paid.joined} joined, as long as both together"
     if arguments.prefer:
         loser = arguments.second if arguments.prefer == "first" else arguments.first
         told += f"; {paid.cut} cut and {paid.left_out} left out of {loser}"
-    _tell(printable(told))
+    tell(printable(told))
     return 0
 
 
@@ -190,9 +189,9 @@ def _export(arguments: argparse.Namespace) -> int:
         _format(arguments.to),
         arguments.overwrite,
     )
-    _tell(found)
+    tell(found)
     for problem in found.missed:
-        _tell(f"mimeline: {problem}")
+        tell(f"mimeline: {problem}")
     return 1 if found.missed else 0
 
 
@@ -201,7 +200,7 @@ def _reading(arguments: argparse.Namespace):
 
     fps = rate_said(arguments.fps)
     if fps is not None and "." in arguments.fps:
-        _tell(f"{arguments.fps} frames per second are {fps}")
+        tell(f"{arguments.fps} frames per second are {fps}")
     format = _format(arguments.format, "--from")
     return Reading(fps, length_said(arguments.frames), arguments.clip, format)
 
@@ -210,7 +209,3 @@ def _format(text: str | None, option: str = "--to") -> str | None:
     from mimeline.exchange.reading import format_said
 
     return format_said(text, option)
-
-
-def _tell(what: object) -> None:
-    print(what, file=sys.stderr)

@@ -6,7 +6,7 @@
 
 from mimeline.config.section import Section
 from mimeline.config.sections import Config
-from mimeline.config.validation import checked, validate
+from mimeline.config.validation import checked, validate, value_of
 from mimeline.config.writing import default_yaml, json_schema
 
-__all__ = ["Config", "Section", "checked", "default_yaml", "json_schema", "validate"]
+__all__ = ["Config", "Section", "checked", "default_yaml", "json_schema", "validate", "value_of"]

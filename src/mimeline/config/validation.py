@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import yaml
 from pydantic import ValidationError
 
 from mimeline.config.sections import Config
@@ -53,3 +54,11 @@ def _expected(problem: dict[str, Any], key: str) -> str:
     for part in key.split(".")[:-1]:
         section = section.model_fields[part].annotation
     return f"one of {', '.join(section.model_fields)}"
+
+
+def value_of(text: str) -> Any:
+    """What a value on the command line means: as in YAML, else the text."""
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError:
+        return text

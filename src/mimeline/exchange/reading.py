@@ -6,9 +6,11 @@ from pathlib import Path
 
 from mimeline.errors import BadFile, NoSuchFile
 from mimeline.timeline import files
-from mimeline.timeline.clock import frame_rate
+from mimeline.timeline.clock import frame_rate, seconds
 from mimeline.timeline.draft import Draft
 from mimeline.timeline.timeline import Timeline
+
+MOST_SECONDS = 3600  # of a clip that is said to be so long
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,22 @@ class Reading:
             return [self.one(path)]
         require_file(path)
         return files.read_all(path, self.fps, self.n_frames, self.format)
+
+    def untold(self, path: Path) -> list[Timeline]:
+        """As `every`, but what the file tells itself goes before what is said of it."""
+        require_file(path)
+        drafts = files.drafts(path, self.format)
+        fps = {name: self.fps for name, draft in drafts if draft.fps is None and self.fps}
+        lengths = {
+            name: self.n_frames
+            for name, draft in drafts
+            if draft.n_frames is None and self.n_frames is not None
+        }
+        wanted = None
+        if self.clip_id is not None:
+            named = files.draft_of(path, self.clip_id, self.format).clip_id
+            wanted = [name for name, draft in drafts if draft.clip_id == named]
+        return files.read_all(path, fps, lengths, self.format, wanted)
 
     def folder(self, folder: Path) -> dict[Path, list[Timeline]]:
         """The timelines of each file in a folder.
@@ -129,6 +147,22 @@ def length_said(n_frames: int | None) -> int | None:
             remedy="Write 1 or more.",
         )
     return n_frames
+
+
+def seconds_said(text: str | None) -> Fraction | None:
+    """The length of --seconds. Raises BadFile for none that a clip has."""
+    try:
+        told = None if text is None else seconds(text)
+    except ValueError:
+        told = Fraction(0)
+    if told is not None and not 0 < told <= MOST_SECONDS:
+        raise BadFile(
+            "--seconds",
+            found=repr(text),
+            expected=f"how long the clip is, at most {MOST_SECONDS}",
+            remedy="Write 5 or 4.5.",
+        )
+    return told
 
 
 def format_said(text: str | None, option: str) -> str | None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from mimeline.config import checked, validate
+from mimeline.config import checked, validate, value_of
 from mimeline.errors import BadConfig, unreadable
 from mimeline.tracking.readers import READERS, Tracker
 
@@ -144,14 +144,6 @@ def _put(ingest: dict[str, Any], text: str) -> str | None:
     for home in homes:
         home[name] = value_of(value)
     return None if homes == [ingest] else ".".join((*block, name))
-
-
-def value_of(text: str) -> Any:
-    """What a value on the command line means: as in YAML, else the text."""
-    try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError:
-        return text
 
 
 def from_yaml(path: Path) -> dict[str, Any]:

@@ -16,10 +16,10 @@ from mimeline.clips.conditions import condition
 from mimeline.clips.exclusions import read_exclusions
 from mimeline.clips.pose import pose
 from mimeline.clips.select import decide
-from mimeline.config import checked, validate
+from mimeline.config import checked, validate, value_of
 from mimeline.errors import BadConfig, NoSuchFile
 from mimeline.inspection.left_behind import has_run, rows_of, shards
-from mimeline.inspection.options import from_yaml, value_of
+from mimeline.inspection.options import from_yaml
 from mimeline.reporting.funnel import STAGES
 from mimeline.run import DEFAULT, recall
 

@@ -24,13 +24,14 @@ def write_film(
     sound: np.ndarray | None = None,
     sound_rate: int = 16_000,
     times: Sequence[float] | None = None,
+    comment: str = "",
 ) -> None:
     """Write an H.264 film with AAC sound; the same pictures give the same bytes.
 
     pictures: (H, W, 3) uint8 RGB each, all of one even size; taken one by one. fps: frames per
     second; a key frame comes about every second. sound: (n,) in [-1, 1], sound_rate per second,
     starting with the first picture. times: when each picture is shown, rising seconds, for a film
-    of variable rate.
+    of variable rate. comment: for players and people to read.
     Raises ValueError for no picture, a size that is odd or changes, or times that do not fit.
     """
     fps = Fraction(fps)
@@ -47,6 +48,8 @@ def write_film(
         whole(path) as temporary,
         av.open(f"file:{temporary.absolute()}", "w", format="mp4", options=options) as film,
     ):
+        if comment:
+            film.metadata["comment"] = comment
         streams = [_video_stream(film, first, fps, times)]
         frames = _frames(chain([first], pictures), streams[0].time_base, fps, times)
         if sound is not None:

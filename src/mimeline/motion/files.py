@@ -5,39 +5,41 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
 
-from mimeline.errors import BadFile, NoSuchFile, unreadable
+from mimeline.errors import BadFile, NoSuchFile, printable, unreadable
 from mimeline.face.model import Face
 from mimeline.inspection.options import Options
 from mimeline.inspection.recognise import format_of as format_of_take
 from mimeline.motion import about
 from mimeline.motion.formats import arrays, film, livelink, mesh_frames, scene, table
 from mimeline.motion.motion import Motion
+from mimeline.reporting import words
 from mimeline.tracking.matching import Result
 from mimeline.tracking.readers import READERS
+from mimeline.vocabulary import CHANNELS
 
 
 @dataclass(frozen=True)
 class Format:
     """A kind of file that motion is written to. program: what opens it.
 
-    draws: whether it shows a face, and then holds what that does rather than the numbers; again:
-    whether it can be read again. write: motion, path, and a face where it draws → what of the face
-    it cannot say.
+    draws: whether it shows a face, and then holds what that does rather than the numbers. gaps:
+    whether it says that a channel is not known; otherwise 0 stands there. write: motion, path, and
+    a face where it draws → what of the face it cannot say.
     """
 
     name: str
     ending: str
     program: str
     draws: bool
-    again: bool
+    gaps: bool
     write: Callable[..., tuple[str, ...] | None]
 
 
 FORMATS: dict[str, Format] = {
     form.name: form
     for form in (
-        Format("livelink", ".csv", "Unreal, Live Link Face tools", False, True, livelink.write),
-        Format("gltf", ".glb", "Blender, three.js, engines", True, True, scene.write),
+        Format("livelink", ".csv", "Unreal, Live Link Face tools", False, False, livelink.write),
+        Format("gltf", ".glb", "Blender, three.js, engines", True, False, scene.write),
         Format("mp4", ".mp4", "any player", True, False, film.write),
         Format("npz", ".npz", "numpy", False, True, arrays.write),
         Format("parquet", ".parquet", "pandas, pyarrow, duckdb", False, True, table.write),
@@ -50,11 +52,28 @@ REMEDY = f"Name the file by what it is to be: {', '.join(ENDINGS)}."
 
 @dataclass(frozen=True)
 class Written:
-    """A file, or a folder of files, of a motion. lost: what it does not keep."""
+    """A file, or a folder of files, of a motion. lost: what of the face it does not keep."""
 
     path: Path
     format: Format
+    motion: Motion
     lost: tuple[str, ...]
+
+    def __str__(self) -> str:
+        """One line."""
+        shown, frames = int(self.motion.frames["valid"].sum()), len(self.motion)
+        kept = frames if self.format.gaps else shown
+        text = f"wrote {self.path} (for {self.format.program}): {words.plural(kept, 'frame')}"
+        text += f" at {float(self.motion.fps):g} per second"
+        if kept < frames:
+            text += f", without the {words.count(frames - kept)} that show no face"
+        rest = [name for name in CHANNELS if name not in self.motion.moved]
+        if rest and not self.format.gaps:
+            some = words.listing(rest) if len(rest) < 6 else f"{len(rest)} channels"
+            text += f"; at 0, as nothing is known of {'it' if len(rest) == 1 else 'them'}: {some}"
+        if self.lost:
+            text += f"; not kept: {', '.join(self.lost)}"
+        return printable(text)
 
 
 def format_of(path: Path) -> Format:
@@ -81,7 +100,7 @@ def write(motion: Motion, path: Path, face: Face) -> Written:
             path, error, expected="a place to write to", remedy="Choose another one."
         ) from error
     target = path.with_suffix("") if form.name == "obj" else path
-    return Written(target, form, tuple(lost or ()))
+    return Written(target, form, motion, tuple(lost or ()))
 
 
 def read(path: Path, options: Options) -> Motion:

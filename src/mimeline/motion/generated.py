@@ -63,13 +63,33 @@ def origins_of(trained: Trained) -> dict[str, Origin]:
 
 def refuse_long(timelines: Sequence[Timeline], trained: Trained) -> None:
     """Raise TooLong for a timeline that is longer than the windows that a model learnt from."""
+    for timeline, frames, window in _longer(timelines, trained):
+        raise TooLong(
+            f"clip {timeline.clip_id}",
+            found=f"{frames} frames ({timeline.seconds:g} s) at the model's rate",
+            expected=f"at most {window}, the window that it was trained on",
+            remedy="Leave --one-window out: it is then made in windows that overlap.",
+        )
+
+
+def in_windows(timelines: Sequence[Timeline], trained: Trained) -> str:
+    """What is to be known of timelines that a model makes in windows; empty where it makes none."""
+    longer = [*_longer(timelines, trained)]
+    if not longer:
+        return ""
+    window = trained.train["window"]
+    seconds = float(window / trained.fps)
+    which = "" if len(timelines) == 1 else f"{len(longer)} of {len(timelines)} "
+    return (
+        f"{which}longer than the {window} frames ({seconds:.2g} s) that the model was "
+        "trained on: made in windows that overlap"
+    )
+
+
+def _longer(timelines: Sequence[Timeline], trained: Trained) -> Iterator[tuple[Timeline, int, int]]:
+    """Timelines that are longer than a model's window, their frames at its rate, the window's."""
     window = trained.train["window"]
     for timeline in timelines:
         frames = at_rate(timeline, trained.fps).n_frames
         if frames > window:
-            raise TooLong(
-                f"clip {timeline.clip_id}",
-                found=f"{frames} frames ({timeline.seconds:g} s) at the model's rate",
-                expected=f"at most {window}, the window that it was trained on",
-                remedy="Leave --one-window out: it is then made in windows that overlap.",
-            )
+            yield timeline, frames, window

@@ -40,11 +40,11 @@ def resampled(motion: Motion, fps: Fraction, n_frames: int | None = None) -> Mot
     return replace(motion, frames=frames, fps=fps, timeline=timeline)
 
 
-def at_rate(timeline: Timeline, fps: Fraction) -> Timeline:
-    """The timeline on the frames of another rate; an action lasts a frame at least."""
-    if fps == timeline.fps:
+def at_rate(timeline: Timeline, fps: Fraction, n_frames: int | None = None) -> Timeline:
+    """The timeline on the frames of another rate; n_frames: where its length is to the frame."""
+    if fps == timeline.fps and n_frames in (None, timeline.n_frames):
         return timeline
-    n = max(1, nearest_frame(Fraction(timeline.n_frames) / timeline.fps, fps))
+    n = n_frames or max(1, nearest_frame(Fraction(timeline.n_frames) / timeline.fps, fps))
 
     def moved(frame: int) -> int:
         return min(n, nearest_frame(frame / timeline.fps, fps))

@@ -1,5 +1,7 @@
 """MP4: the face as it moves, and below it the timeline with a line where the film is."""
 
+import json
+import logging
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -10,14 +12,18 @@ from mimeline.face.model import Face
 from mimeline.face.motion import perform
 from mimeline.face.render import Camera, draw
 from mimeline.media.film import write_film
+from mimeline.motion.about import about
 from mimeline.motion.motion import Motion
+from mimeline.progress import Pace
 from mimeline.reporting.drawing import second_ticks
 from mimeline.reporting.style import colours, readable_on
 from mimeline.timeline.timeline import Interval, Timeline
 
+log = logging.getLogger(__name__)
+
 WIDTH, FACE = 720, 512  # pixels; the face's picture is square
 LEFT, RIGHT = 92, 24  # of the tracks, from the picture's edges
-ROW, BAR, TOP, BOTTOM = 24, 18, 14, 30
+ROW, BAR, TOP, BOTTOM = 28, 22, 14, 30
 TRACK_NAMES = {"gaze_h": "gaze ↔", "gaze_v": "gaze ↕", "head_h": "head ↔", "head_v": "head ↕"}
 GROUND, PANEL = (232, 234, 238), (250, 249, 246)
 LANE, INK, SOFT, HEADING = (236, 233, 225), (34, 33, 30), (106, 102, 93), (166, 58, 36)
@@ -25,14 +31,15 @@ AT_ONCE = 64  # frames whose vertices are held
 FONT = "sans"
 
 
-def write(motion: Motion, path: Path, face: Face) -> tuple[str, ...]:
+def write(motion: Motion, path: Path, face: Face) -> None:
     """Write a film of the face, each frame of the motion a picture; frames that are not valid show
     a pale face.
 
-    Without a timeline there is the face alone. Returns nothing: a film keeps no numbers.
+    Without a timeline there is the face alone. The film's comment tells how each channel was had.
     """
-    write_film(path, _pictures(motion, face), motion.fps)
-    return ()
+    told = {key: value for key, value in about(motion).items() if key != "timeline"}
+    comment = json.dumps(told, ensure_ascii=False, allow_nan=False)
+    write_film(path, _pictures(motion, face), motion.fps, comment=comment)
 
 
 def _pictures(motion: Motion, face: Face) -> Iterator[np.ndarray]:
@@ -40,6 +47,7 @@ def _pictures(motion: Motion, face: Face) -> Iterator[np.ndarray]:
     width = FACE if panel is None else WIDTH
     camera, left = Camera.framing(face, FACE), (width - FACE) // 2
     valid = motion.frames["valid"].to_numpy(bool)
+    pace = Pace(len(motion), "pictures", log)
     for start in range(0, len(motion), AT_ONCE):
         vertices = perform(face, motion.frames.iloc[start : start + AT_ONCE])
         for frame, own in enumerate(vertices, start):
@@ -50,6 +58,7 @@ def _pictures(motion: Motion, face: Face) -> Iterator[np.ndarray]:
             if panel is not None:
                 picture = np.concatenate([picture, _at(panel, frame, motion.timeline)])
             yield picture
+            pace.step()
 
 
 def drawn(timeline: Timeline) -> np.ndarray:
@@ -60,7 +69,7 @@ def drawn(timeline: Timeline) -> np.ndarray:
     for number, track in enumerate(tracks):
         top = TOP + ROW * number + (ROW - BAR) // 2
         name = TRACK_NAMES.get(track, track)
-        _write(panel, name, LEFT - 12, top + BAR - 5, SOFT, 13, right=True)
+        _write(panel, name, LEFT - 12, top + BAR - 6, SOFT, 13, right=True)
         cv2.rectangle(panel, (LEFT, top), (WIDTH - RIGHT, top + BAR - 1), LANE, -1)
         for interval in timeline.tracks[track]:
             _bar(panel, interval, timeline, top)
@@ -81,13 +90,13 @@ def _bar(panel: np.ndarray, interval: Interval, timeline: Timeline, top: int) ->
     colour = colours()[interval.action][0]
     cv2.rectangle(panel, (start, top), (max(start, end - 2), bottom), _rgb(colour), -1)
     label = interval.action + (f" {interval.side}" if interval.side else "")
-    size = 12 if half[1] == 1 else 8
+    size = 13 if half[1] == 1 else 10
     if _width(label, size) + 8 < end - start:
         _write(
             panel,
             label,
             start + 5,
-            bottom - (4 if size == 12 else 1),
+            bottom - (6 if half[1] == 1 else 1),
             _rgb(readable_on(colour)),
             size,
         )

@@ -1,0 +1,88 @@
+"""A timeline in the user's own editor, a line for each action."""
+
+import os
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+
+from mimeline.errors import BadFile, MimelineError
+from mimeline.timeline import files
+from mimeline.timeline.timeline import Timeline
+
+EDITORS = ("nano", "vim", "vi", "notepad")
+FORM = "txt"  # STMC's: the one that is least to type
+HOW = "An action a line: NAME # start in s # end in s # track, and left or right for one side."
+
+
+class NoEditor(MimelineError):
+    """There is no editor, or it ended badly."""
+
+
+def edited(timeline: Timeline, say: Callable[[str], None]) -> Timeline:
+    """The timeline as it stands when the user closes the editor, as long as it was.
+
+    A text that is no timeline is said to be none, and opened again where somebody sits at a
+    terminal; else, and on Ctrl-C, it is kept. Tracks that were measured still are. Raises NoEditor;
+    BadFile for what cannot be used.
+    """
+    folder = Path(tempfile.mkdtemp(prefix="mimeline-"))
+    path = folder / f"timeline.{FORM}"
+    files.write(timeline, path, FORM)
+    say(f"{HOW} The clip has {timeline.seconds:g} s.")
+    while True:
+        _open(path)
+        try:
+            found = _read(path, timeline)
+        except BadFile as error:
+            say(f"mimeline: {error}")
+            if not sys.stdin.isatty():
+                raise
+            try:
+                input("Press Enter to go on editing, Ctrl-C to give up. ")
+            except (KeyboardInterrupt, EOFError):
+                say(f"\nWhat you wrote is in {path}")
+                raise KeyboardInterrupt from None
+        else:
+            shutil.rmtree(folder)
+            return found
+
+
+def _open(path: Path) -> None:
+    editor = _editor()
+    try:
+        code = subprocess.run([*editor, str(path)], check=False).returncode
+    except OSError as error:
+        raise _no_editor(str(error)) from error
+    if code:
+        raise _no_editor(f"{editor[0]}, which ended with {code}")
+
+
+def _editor() -> list[str]:
+    for name in ("VISUAL", "EDITOR"):
+        if told := os.environ.get(name, "").strip():
+            return shlex.split(told)
+    for name in EDITORS:
+        if path := shutil.which(name):
+            return [path]
+    raise _no_editor("none")
+
+
+def _no_editor(found: str) -> NoEditor:
+    return NoEditor(
+        "the editor",
+        found=found,
+        expected="one that opens and waits until the file is closed",
+        remedy="Name it: export EDITOR=nano, or EDITOR='code --wait'.",
+    )
+
+
+def _read(path: Path, timeline: Timeline) -> Timeline:
+    lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+    path.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+    found = files.read(path, timeline.fps, timeline.n_frames, timeline.clip_id, FORM)
+    tracks = dict.fromkeys(timeline.tracks, ()) | found.tracks
+    return Timeline(timeline.clip_id, timeline.fps, timeline.n_frames, tracks)
