@@ -85,15 +85,15 @@ def _generate(arguments: argparse.Namespace) -> int:
     from mimeline.directions.editing import edited
     from mimeline.directions.text import in_words
     from mimeline.exchange.reading import rate_said
-    from mimeline.face.load import load_face
+    from mimeline.face.load import load_driven_face
     from mimeline.generation.model_of_run import checkpoint_of, sampling_of
     from mimeline.motion import files, places
-    from mimeline.motion.generated import generated, in_windows, refuse_long
+    from mimeline.motion.generated import generated, in_windows, poor, refuse_long
     from mimeline.training.checkpoint import load
 
     _refuse_idle(arguments)
     show_progress()
-    fps, face = rate_said(arguments.fps), load_face(arguments.face)
+    fps, face = rate_said(arguments.fps), load_driven_face(arguments.face)
     checkpoint = checkpoint_of(arguments.model, arguments.results)
     sampling, trained = sampling_of(checkpoint, arguments.set), load(checkpoint)
     timelines = _timelines(arguments, fps, trained.fps)
@@ -107,8 +107,9 @@ def _generate(arguments: argparse.Namespace) -> int:
         refuse_long(timelines, trained)
     for timeline in timelines:
         tell(printable(f"{timeline.clip_id}, {timeline.seconds:.4g} s: {in_words(timeline)}"))
-    if long := in_windows(timelines, trained):
-        tell(long)
+    for remark in (in_windows(timelines, trained), poor(trained)):
+        if remark:
+            tell(remark)
     made = {"model": str(checkpoint)} | ({"text": arguments.text} if arguments.text else {})
     motions = generated(trained, timelines, fps, sampling, arguments.seed, made)
     for name, motion in zip(names, motions, strict=True):

@@ -40,7 +40,7 @@ def add(commands, as_taken: argparse.ArgumentParser, that_draws: argparse.Argume
 
 def _convert(arguments: argparse.Namespace) -> int:
     from mimeline.exchange.reading import rate_said
-    from mimeline.face.load import load_face
+    from mimeline.face.load import load_driven_face
     from mimeline.inspection.options import options
     from mimeline.motion.conversion import convert
 
@@ -52,7 +52,7 @@ def _convert(arguments: argparse.Namespace) -> int:
         options(arguments.config, arguments.set, arguments.format),
         rate_said(arguments.fps),
         arguments.timeline,
-        load_face(arguments.face),
+        load_driven_face(arguments.face),
         arguments.overwrite,
     )
     for one in written:

@@ -11,10 +11,11 @@ from pathlib import Path
 
 from mimeline.errors import BadFile, MimelineError
 from mimeline.timeline import files
+from mimeline.timeline.checks import judge
 from mimeline.timeline.timeline import Timeline
 
 EDITORS = ("nano", "vim", "vi", "notepad")
-FORM = "txt"  # STMC's: the one that is least to type
+FORM, ENDING = "stmc", ".txt"  # the least to type
 HOW = "An action a line: NAME # start in s # end in s # track, and left or right for one side."
 
 
@@ -30,17 +31,20 @@ def edited(timeline: Timeline, say: Callable[[str], None]) -> Timeline:
     BadFile for what cannot be used.
     """
     folder = Path(tempfile.mkdtemp(prefix="mimeline-"))
-    path = folder / f"timeline.{FORM}"
+    path = folder / f"timeline{ENDING}"
     files.write(timeline, path, FORM)
     say(f"{HOW} The clip has {timeline.seconds:g} s.")
     while True:
-        _open(path)
         try:
+            _open(path)
             found = _read(path, timeline)
+        except NoEditor:
+            shutil.rmtree(folder)
+            raise
         except BadFile as error:
-            say(f"mimeline: {error}")
             if not sys.stdin.isatty():
                 raise
+            say(f"mimeline: {error}")
             try:
                 input("Press Enter to go on editing, Ctrl-C to give up. ")
             except (KeyboardInterrupt, EOFError):
@@ -83,6 +87,16 @@ def _no_editor(found: str) -> NoEditor:
 def _read(path: Path, timeline: Timeline) -> Timeline:
     lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
     path.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
-    found = files.read(path, timeline.fps, timeline.n_frames, timeline.clip_id, FORM)
-    tracks = dict.fromkeys(timeline.tracks, ()) | found.tracks
+    draft = files.draft_of(path, format=FORM)
+    judged = judge(draft, timeline.clip_id, timeline.fps, timeline.n_frames)
+    if judged.timeline is None:
+        first = judged.problems[0]
+        raise BadFile(
+            path,
+            place=first.place,
+            found=first.found,
+            expected=first.expected,
+            remedy=first.remedy,
+        )
+    tracks = dict.fromkeys(timeline.tracks, ()) | judged.timeline.tracks
     return Timeline(timeline.clip_id, timeline.fps, timeline.n_frames, tracks)

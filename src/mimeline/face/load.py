@@ -10,6 +10,7 @@ from mimeline.face.embedded import embedded_face
 from mimeline.face.fitting import Unfit
 from mimeline.face.formats import bfm, flame, ict, obj, shapes
 from mimeline.face.model import Face
+from mimeline.face.motion import driver
 
 ACCEPTED = (
     f"a folder with {ict.NEUTRAL} (ICT-FaceKit) or {obj.NEUTRAL}, an npz of named shapes, "
@@ -40,6 +41,24 @@ def load_face(path: Path | None) -> Face:
             expected=error.expected,
             remedy=f"Export the model again. {REMEDY}",
         ) from error
+
+
+def load_driven_face(path: Path | None) -> Face:
+    """A face that channels move: `load_face`'s, with shapes that are named as ARKit's.
+
+    Raises BadFile as `load_face` does, and for a model whose shapes have no such names (FLAME,
+    BFM): what moves these is not in a motion.
+    """
+    face = load_face(path)
+    if not any(driver(shape) for shape in face.shape_names):
+        names = ", ".join(face.shape_names[:3])
+        raise BadFile(
+            path,
+            found=f"a face of {len(face.shape_names)} shapes ({names}, ...), none of a channel",
+            expected="shapes with ARKit's names (jawOpen, browInnerUp), as ICT-FaceKit has",
+            remedy=f"Name a model that has them, or leave it out for our own. {REMEDY}",
+        )
+    return face
 
 
 def _from_folder(folder: Path) -> Face:

@@ -36,13 +36,6 @@ def convert(
     `files` and `places` do, before anything is written of that motion.
     """
     names = [source.stem for source in sources]
-    if twice := next((name for name in names if names.count(name) > 1), None):
-        raise BadFile(
-            target,
-            found=f"two motions that are called {twice}",
-            expected="each once",
-            remedy="Convert them into folders of their own.",
-        )
     if timeline is not None and len(sources) > 1:
         raise BadFile(
             timeline,

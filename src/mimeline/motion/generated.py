@@ -7,6 +7,7 @@ from typing import Any
 
 from mimeline.errors import MimelineError
 from mimeline.generation.timeline import Sampling, generate
+from mimeline.inspection.take import POOR
 from mimeline.motion.motion import Motion
 from mimeline.motion.resampling import at_rate, resampled
 from mimeline.timeline.timeline import Timeline
@@ -59,6 +60,14 @@ def origins_of(trained: Trained) -> dict[str, Origin]:
         else:
             origins[channel] = Origin(MADE)
     return origins
+
+
+def poor(trained: Trained) -> str:
+    """The channels that a model learnt from poor ones, for people; empty where there are none."""
+    known = {name: trained.origins.get(name) for name in trained.normaliser.channels}
+    least = {name: own.quality for name, own in known.items() if own and own.quality is not None}
+    named = [f"{name} ({quality:.2g})" for name, quality in least.items() if quality < POOR]
+    return f"learnt with a quality below {POOR}: {', '.join(named)}" if named else ""
 
 
 def refuse_long(timelines: Sequence[Timeline], trained: Trained) -> None:

@@ -14,7 +14,7 @@ from mimeline.targets import is_folder, require_folder, require_free, require_ne
 def places(
     outs: Sequence[Path],
     to: Sequence[str],
-    names: Collection[str],
+    names: Sequence[str],
     sources: Collection[Path] = (),
     overwrite: bool = False,
 ) -> dict[str, list[Path]]:
@@ -22,11 +22,18 @@ def places(
 
     outs: files, whose endings tell their formats, for one motion; or folders (a name without an
     ending is one), which get a file of each motion in each format of `to`. Raises BadFile for a
-    file of several motions, a folder without a format, a name that is no plain file name, the same
-    place twice, one of the sources, and what is there already, unless overwrite allows to replace
-    it.
+    file of several motions, a folder without a format, a name that is no plain file name, two
+    motions of one name, one of the sources, and what is there already, unless overwrite allows to
+    replace it.
     """
     endings = [ending_of(text) for text in to]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise BadFile(
+            outs[0],
+            found=f"two motions that are called {twice}",
+            expected="each once",
+            remedy="Write them one by one, into folders of their own.",
+        )
     found: dict[str, list[Path]] = {name: [] for name in names}
     for out in dict.fromkeys(outs):
         if is_folder(out):
@@ -49,7 +56,7 @@ def places(
             else:
                 require_folder(_lands(out))
                 require_new(_lands(out).parent, [_lands(out)], overwrite)
-            found[next(iter(names))].append(out)
+            found[names[0]].append(out)
     return found
 
 
