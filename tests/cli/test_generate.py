@@ -98,7 +98,7 @@ def test_several_clips_get_files_of_their_own(generate, tmp_path):
         own = Timeline(name, SMILE.fps, SMILE.n_frames, SMILE.tracks)
         timeline_files.write(own, tmp_path / f"{name}.json")
     both = ["--timeline", "one.json", "--timeline", "two.json"]
-    assert generate(*both, "-o", "made", "--to", "csv", "npz")[0] == 0
+    assert generate(*both, "-o", "made", "--to", "csv,npz")[0] == 0
     names = ["one.csv", "one.mimeline.json", "one.npz", "two.csv", "two.mimeline.json", "two.npz"]
     assert sorted(path.name for path in (tmp_path / "made").iterdir()) == names
     first, second = (pd.read_csv(tmp_path / "made" / f"{name}.csv") for name in ("one", "two"))

@@ -27,7 +27,9 @@ def main() -> None:
 def _parsed(words: list[str]) -> argparse.Namespace:
     """The arguments. Ids of clips may begin with -, which argparse takes for an option."""
     parser, ids = _parser(), []
-    if (words[:1] == ["why"] or words[:2] == ["timeline", "export"]) and "--" not in words:
+    if (
+        words[:1] == ["why"] or words[:2] in (["timeline", "export"], ["motion", "export"])
+    ) and "--" not in words:
         ids = [word for word in words if len(word) > 2 and word[0] == "-" != word[1]]
     arguments = parser.parse_args([word for word in words if word not in ids])
     if ids:
@@ -213,7 +215,7 @@ def _parser() -> argparse.ArgumentParser:
     ratings.set_defaults(run=_ratings)
 
     timelines.add(commands, of_a_run, for_programs)
-    motion.add(commands, as_taken, that_draws)
+    motion.add(commands, of_a_run, as_taken, that_draws)
     generate.add(commands, of_a_run, that_draws)
     return parser
 

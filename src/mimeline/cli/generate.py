@@ -5,7 +5,7 @@ import os
 from fractions import Fraction
 from pathlib import Path
 
-from mimeline.cli.terminal import show_progress, tell
+from mimeline.cli.terminal import formats_of, show_progress, tell
 from mimeline.errors import BadConfig, printable
 
 KEY = "MIMELINE_API_KEY"
@@ -48,7 +48,7 @@ def add(commands, of_a_run: argparse.ArgumentParser, that_draws: argparse.Argume
         help="files to write, by their endings; or a folder, with --to",
     )
     generate.add_argument(
-        "--to", metavar="FORMAT", nargs="+", default=[], help="of the files in a folder"
+        "--to", metavar="FORMATS", default="", help="of the files in a folder: csv,glb"
     )
     generate.add_argument("--edit", action="store_true", help="open the timeline in $EDITOR first")
     generate.add_argument(
@@ -99,7 +99,7 @@ def _generate(arguments: argparse.Namespace) -> int:
     timelines = _timelines(arguments, fps, trained.fps)
     names = [timeline.clip_id for timeline in timelines]
     wanted = places.places(
-        arguments.out, arguments.to, names, arguments.timeline, arguments.overwrite
+        arguments.out, formats_of(arguments.to), names, arguments.timeline, arguments.overwrite
     )
     if arguments.edit:
         timelines = [edited(timeline, tell) for timeline in timelines]

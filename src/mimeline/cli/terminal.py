@@ -16,6 +16,11 @@ def tell(what: object) -> None:
     print(what, file=sys.stderr, flush=True)
 
 
+def formats_of(text: str) -> list[str]:
+    """The formats of --to: csv,glb."""
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
 def show_progress() -> None:
     """Let the package's log say how far long work is, and its warnings."""
     logging.basicConfig(format="mimeline: %(message)s")

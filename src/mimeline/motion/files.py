@@ -67,7 +67,8 @@ class Written:
         text += f" at {float(self.motion.fps):g} per second"
         if kept < frames:
             text += f", without the {words.count(frames - kept)} that show no face"
-        rest = [name for name in CHANNELS if name not in self.motion.moved]
+        moved = self.motion.moved
+        rest = [name for name in CHANNELS if name not in moved]
         if rest and not self.format.gaps:
             some = words.listing(rest) if len(rest) < 6 else f"{len(rest)} channels"
             text += f"; at 0, as nothing is known of {'it' if len(rest) == 1 else 'them'}: {some}"

@@ -47,7 +47,7 @@ def places(
                 out,
                 found=f"one file for {words.plural(len(names), 'motion')}",
                 expected="a folder, which gets a file of each",
-                remedy="Name a folder and say the format, as --to csv, or pick a clip: --clip ID.",
+                remedy="Name a folder and say the format, as --to csv, or name one clip.",
             )
         else:
             files.format_of(out)
@@ -86,7 +86,7 @@ def _require_plain(folder: Path, names: Collection[str], endings: Sequence[str])
             folder,
             found="a folder" if folder.is_dir() else "a name without an ending, as a folder has",
             expected="the format of the files in it",
-            remedy="Say it, as --to csv glb.",
+            remedy="Say it, as --to csv,glb.",
         )
     for name in names:
         if not SAFE_ID.fullmatch(name):
