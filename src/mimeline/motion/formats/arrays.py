@@ -67,6 +67,14 @@ def read(path: Path) -> Motion:
             expected="channels (D,) text, motion (n, D) float, valid (n,) bool, fps (2,)",
             remedy=REMEDY,
         )
+    if np.isinf(values).any():
+        raise BadFile(
+            path,
+            place="array motion",
+            found="a value without end",
+            expected="numbers, NaN where nothing is known",
+            remedy=REMEDY,
+        )
     if unknown := sorted({*names.tolist()} - {*CHANNELS}):
         raise BadFile(
             path,

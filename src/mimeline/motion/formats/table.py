@@ -1,12 +1,13 @@
 """Parquet: the `motion` table of one clip, for pandas and its kin."""
 
 import json
-from fractions import Fraction
 from pathlib import Path
 
+import numpy as np
 import pyarrow as pa
 
 from mimeline import tables
+from mimeline.errors import BadFile
 from mimeline.motion import about
 from mimeline.motion.motion import Motion
 
@@ -29,5 +30,14 @@ def holds(path: Path) -> bool:
 def read(path: Path) -> Motion:
     """The motion of a file. Raises BadFile as tables.read does."""
     told = about.parsed(tables.about(path), path)
-    rows = tables.read(tables.MOTION, path).drop(columns="clip_id")
-    return about.informed(Motion(rows, about.rate(told) or Fraction(0)), told)
+    rows, fps = tables.read(tables.MOTION, path), about.rate(told)
+    whole = len(rows) and np.array_equal(rows["frame"], np.arange(len(rows)))
+    if fps is None or not whole or rows["clip_id"].nunique() > 1:
+        found = "no frames per second" if fps is None else "frames of several clips, or gaps"
+        raise BadFile(
+            path,
+            found=found,
+            expected="the motion of one clip, its frames from 0 on, with frames per second",
+            remedy="Write it again; mimeline motion export takes clips out of a run.",
+        )
+    return about.informed(Motion(rows.drop(columns="clip_id"), fps), told)
