@@ -19,10 +19,10 @@ def checkpoint_of(model: str, results: Path) -> Path:
     Raises BadCheckpoint where neither is there.
     """
     named = results / FOLDER / model / CHECKPOINT
-    if "/" not in model and named.is_dir():
+    if model and "/" not in model and named.is_dir():
         return named
-    if (path := Path(model)).is_dir():
-        return path
+    if model and Path(model).is_dir():
+        return Path(model)
     there = sorted(folder.parent.name for folder in (results / FOLDER).glob(f"*/{CHECKPOINT}"))
     raise BadCheckpoint(
         f"--model {model}",

@@ -39,7 +39,10 @@ def places(
         if is_folder(out):
             _require_plain(out, names, endings)
             of_folder = {name: [out / f"{name}{e}" for e in endings] for name in names}
-            require_new(out, [_lands(p) for own in of_folder.values() for p in own], overwrite)
+            landing = [_lands(path) for own in of_folder.values() for path in own]
+            for path in require_new(out, landing, overwrite):
+                if path.is_file():
+                    require_free(path, sources, overwrite)
             for name, paths in of_folder.items():
                 found[name] += paths
         elif len(names) != 1:
