@@ -40,6 +40,10 @@ class BadLabels(MimelineError):
     """A label file does not fit the clusters or the vocabulary."""
 
 
+class NotPermitted(MimelineError):
+    """A licence forbids what was asked for, or nobody has said that it permits it."""
+
+
 def unreadable(file, error: Exception, *, expected: str, remedy: str) -> BadFile:
     """The error for a file that could not be opened or parsed, from what Python says of it."""
     if isinstance(error, FileNotFoundError):

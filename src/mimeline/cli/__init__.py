@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 from mimeline import __version__
-from mimeline.cli import generate, motion, timelines
+from mimeline.cli import datasets, generate, motion, timelines
 from mimeline.cli.terminal import colour, say
 from mimeline.errors import MimelineError
 
@@ -217,6 +217,7 @@ def _parser() -> argparse.ArgumentParser:
     timelines.add(commands, of_a_run, for_programs)
     motion.add(commands, of_a_run, as_taken, that_draws)
     generate.add(commands, of_a_run, that_draws)
+    datasets.add(commands, of_a_run)
     return parser
 
 
