@@ -1,6 +1,6 @@
 """The card of a data set: a README of Markdown that people and the Hugging Face hub read."""
 
-import html
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -34,6 +34,7 @@ def write(
     text = environment.get_template(template).render(
         facts, release=release, run=release.run, contents=release.contents, version=__version__
     )
+    text = re.sub(r"\n{3,}", "\n\n", text).rstrip() + "\n"
     if front is not None:
         dumped = yaml.safe_dump(dict(front), sort_keys=False, allow_unicode=True, width=100)
         text = f"---\n{dumped}---\n\n{text}"
@@ -44,5 +45,7 @@ def _plain(value: object) -> object:
     """A text on one line, without what Markdown or a browser would take for markup."""
     if not isinstance(value, str):
         return value
-    text = html.escape(" ".join(printable(value).split()), quote=False)
-    return text.replace("|", "\\|")
+    text = printable(" ".join(value.split()))
+    for character, written in (("&", "&amp;"), ("<", "&lt;"), ("|", "\\|")):
+        text = text.replace(character, written)
+    return text

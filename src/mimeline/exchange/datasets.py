@@ -31,7 +31,7 @@ channels = open({folder!r} + "/channels.txt").read().split()""",
 
 @dataclass(frozen=True)
 class Exported:
-    """What was written, and where."""
+    """What was written, and where; bytes: all files together."""
 
     folder: Path
     layout: Layout
@@ -49,8 +49,8 @@ class Exported:
         left_out = self.release.left_out
         if left_out:
             reasons = Counter(row["reason"] for row in left_out).most_common()
-            why = ", ".join(f"{words.count(n)} {reason}" for reason, n in reasons)
-            lines.append(f"left out {words.clips(len(left_out))}: {why} ({LEFT_OUT} has each)")
+            why = ", ".join(f"{reason} {words.count(n)}" for reason, n in reasons)
+            lines.append(f"left out {words.clips(len(left_out))}: {why}; {LEFT_OUT} has each")
         lines += [f"note: {note}" for note in self.release.notes]
         for own in self.release.sets:
             said = own.licence or "not told"
@@ -77,6 +77,13 @@ def export(
     loaders' own. Raises NotPermitted where a licence forbids to pass on what is made, or nobody
     has told one; NoSuchFile where the run has not come so far; BadFile where the folder is taken.
     """
+    if fps is not None and layout != "humanml3d":
+        raise BadFile(
+            "--fps",
+            found=f"a frame rate with --to {layout}",
+            expected="it with --to humanml3d",
+            remedy="Leave it out: here each clip keeps its own.",
+        )
     run = finished(results)
     sets = data_sets(run.run, run.clips, told)
     require_permission(sets, results)

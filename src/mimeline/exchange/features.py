@@ -1,4 +1,4 @@
-"""The types of a Parquet file, as the library `datasets` tells them: in its schema and in a card."""
+"""The types of Parquet columns as the library `datasets` tells them: in a schema and in a card."""
 
 import json
 from typing import Any

@@ -41,16 +41,15 @@ class Shard:
 
 @dataclass(frozen=True)
 class Finished:
-    """clips: the `clips` table of those that are in a part of the split, with part and group."""
+    """clips: the `clips` table of those that are in a part of the split, with part and group.
+
+    stages: what became of all clips of the catalogue; in = kept + dropped + failed.
+    """
 
     results: Path
     run: Run
     clips: pd.DataFrame
-
-    @cached_property
-    def stages(self) -> list[Stage]:
-        """What became of all clips; in = kept + dropped + failed."""
-        return funnel(ledgers(self.results), through=self.clips["clip_id"].tolist()).stages
+    stages: list[Stage]
 
     @cached_property
     def channels(self) -> pd.DataFrame:
@@ -142,7 +141,7 @@ def finished(results: Path) -> Finished:
     """The run that left the results.
 
     Raises NoSuchFile where no run has been, or none that came to split; BadFile where it left no
-    clip.
+    clip, or tables of different runs.
     """
     ledgers(results)
     run = recall(results)
@@ -171,4 +170,5 @@ def finished(results: Path) -> Finished:
             expected="clips that pose kept",
             remedy=f"The tables are of different runs: {run.command(*UNTIL)}.",
         )
-    return Finished(Path(results), run, told.sort_values("clip_id", ignore_index=True))
+    stages = funnel(ledgers(results), through=told["clip_id"].tolist()).stages
+    return Finished(Path(results), run, told.sort_values("clip_id", ignore_index=True), stages)

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 import pyarrow as pa
 import pyarrow.parquet as pq
 
@@ -175,8 +174,26 @@ class _Files:
             self._writer.close()
         self.folder.mkdir(exist_ok=True)
         self.paths.append(self.folder / f"{self.split}-{len(self.paths):05d}.tmp")
-        self._writer = pq.ParquetWriter(self.paths[-1], self.columns, compression="zstd")
+        leaves = [leaf for column in self.columns for leaf in _leaves(column.name, column.type)]
+        self._writer = pq.ParquetWriter(
+            self.paths[-1],
+            self.columns,
+            compression="zstd",
+            use_dictionary=[leaf for leaf in leaves if not leaf.startswith("motion.")],
+            use_byte_stream_split=[leaf for leaf in leaves if leaf.startswith("motion.")],
+        )  # which makes motion a third smaller
         self._filled = 0
+
+
+def _leaves(name: str, kind: pa.DataType) -> Iterator[str]:
+    """The paths of Parquet's own columns that a column becomes."""
+    if pa.types.is_list(kind):
+        yield from _leaves(f"{name}.list.element", kind.value_type)
+    elif pa.types.is_struct(kind):
+        for own in kind:
+            yield from _leaves(f"{name}.{own.name}", own.type)
+    else:
+        yield name
 
 
 def _groups(rows: pa.Table) -> Iterator[pa.Table]:

@@ -1,4 +1,4 @@
-"""A run's clips in the layout of HumanML3D (Guo et al. 2022), which text-to-motion trainers read."""
+"""A run's clips in the layout of HumanML3D (Guo et al. 2022), as text-to-motion trainers read."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -6,7 +6,7 @@ from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
+from scipy.interpolate import PchipInterpolator
 
 from mimeline.dataset.split import PARTS
 from mimeline.dataset.windows import MOSTLY, STD_FLOOR
@@ -17,9 +17,8 @@ from mimeline.exchange.finished import Finished, Shard
 from mimeline.exchange.licences import DataSet
 from mimeline.exchange.release import Release
 from mimeline.exchange.tagged import line
-from mimeline.motion.motion import Motion
-from mimeline.motion.resampling import resampled
 from mimeline.reporting import words
+from mimeline.timeline.clock import nearest_frame
 
 FPS = Fraction(20)  # that its loaders take for granted
 SHORTEST, TOO_LONG = 40, 200  # frames: what is shorter, or as long, its loaders pass over
@@ -78,14 +77,13 @@ def write(
     contents, spread, written = Contents(), _Spread(), _Written()
     for shard in run.shards():
         kept = []
-        for clip, rows in _clips(shard):
+        for clip, valid, motion in _clips(shard, channels):
             told = [*clip.texts, *run.descriptions.get(clip.clip_id, [])]
             lines = list(dict.fromkeys(filter(None, map(line, told))))
-            if why := _unfit(rows, channels, lines):
+            if why := _unfit(valid, motion, channels, lines):
                 written.left_out.append({"clip_id": clip.clip_id, "part": clip.part} | why)
                 continue
-            rate = Fraction(int(clip.fps_num), int(clip.fps_den))
-            motion = resampled(Motion(rows, rate), fps).frames[channels].to_numpy(np.float32)
+            motion = resampled(motion, Fraction(int(clip.fps_num), int(clip.fps_den)), fps)
             np.save(folder / MOTIONS / f"{clip.clip_id}.npy", motion, allow_pickle=False)
             text = "".join(f"{told}\n" for told in lines)
             (folder / TEXTS / f"{clip.clip_id}.txt").write_text(text, encoding="utf-8")
@@ -118,20 +116,39 @@ def write(
     return release
 
 
-def _clips(shard: Shard) -> Iterator[tuple]:
-    """Each clip's row, and its rows of motion."""
-    own = dict(iter(shard.motion.groupby("clip_id")))
+def resampled(motion: np.ndarray, rate: Fraction, fps: Fraction) -> np.ndarray:
+    """Motion (L, D) at rate frames per second as motion at fps, as long as it was.
+
+    As `mimeline.motion.resampling` does (Fritsch & Carlson 1980, PCHIP), all channels at once:
+    here each is known in every frame.
+    """
+    n = max(1, nearest_frame(Fraction(len(motion)) / rate, fps))
+    if fps == rate or len(motion) == 1:
+        return np.repeat(motion, n, axis=0) if len(motion) == 1 else motion
+    at = np.minimum(np.arange(n) * float(rate / fps), len(motion) - 1)  # (n,) frames of motion
+    curve = PchipInterpolator(np.arange(len(motion)), motion.astype(np.float64), axis=0)
+    return curve(at).astype(np.float32)
+
+
+def _clips(shard: Shard, channels: list[str]) -> Iterator[tuple]:
+    """Each clip's row, its frames that are valid (L,) and its motion (L, D) float32."""
+    valid = shard.motion["valid"].to_numpy(bool)
+    motion = shard.motion[channels].to_numpy(np.float32)
+    start = 0
     for clip in shard.clips.itertuples():
-        yield clip, own[clip.clip_id].drop(columns="clip_id").reset_index(drop=True)
+        own = slice(start, start + int(clip.n_frames))
+        start = own.stop
+        yield clip, valid[own], motion[own]
 
 
-def _unfit(rows: pd.DataFrame, channels: list[str], lines: list[str]) -> dict[str, str] | None:
+def _unfit(
+    valid: np.ndarray, motion: np.ndarray, channels: list[str], lines: list[str]
+) -> dict[str, str] | None:
     """Why a clip has no place in the layout: reason and detail; None where it has."""
-    lost = int((~rows["valid"].to_numpy(bool)).sum())
-    if lost:
-        detail = f"{lost} of {words.plural(len(rows), 'frame')}"
+    if lost := int((~valid).sum()):
+        detail = f"{lost} of {words.plural(len(valid), 'frame')}"
         return {"reason": "frames without a face", "detail": detail}
-    lacking = [name for name in channels if rows[name].isna().any()]
+    lacking = [channels[i] for i in np.flatnonzero(~np.isfinite(motion).all(axis=0))]
     if lacking:
         more = f" and {len(lacking) - 1} more" if lacking[1:] else ""
         return {"reason": "a channel is not measured", "detail": lacking[0] + more}

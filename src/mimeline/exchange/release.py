@@ -106,7 +106,7 @@ class Release:
     def _about(self) -> dict[str, Any]:
         return {
             "mimeline": __version__,
-            "config_sha256": self.run.config_digest or None,
+            "config_digest": self.run.config_digest or None,
             "data_sets": [as_json(own) for own in self.sets],
             "contact": self.contact or None,
             "parts": [
