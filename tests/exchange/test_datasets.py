@@ -4,7 +4,6 @@ import re
 import shutil
 
 import numpy
-
 import pytest
 
 from mimeline import tables

@@ -59,17 +59,17 @@ def test_each_value_is_that_of_the_runs_own_tables_whatever_reads_it(exported):
         assert row["n_frames"] == len(own) and row["fps"] == row["fps_num"] / row["fps_den"]
 
 
-def test_parts_are_splits_and_one_without_a_clip_has_a_file_without_a_row(exported):
+def test_parts_are_splits_and_one_without_a_clip_is_none(exported):
     folder, _ = exported
     rows = {path.name: pq.read_table(path).num_rows for path in (folder / "data").iterdir()}
     assert rows == {
         "train-00000-of-00001.parquet": 4,
         "validation-00000-of-00001.parquet": 1,
-        "test-00000-of-00001.parquet": 0,
     }
+    assert "; no clip is in test." in (folder / "README.md").read_text()
     front = front_of(folder)
     told = {split["name"]: split["num_examples"] for split in front["dataset_info"]["splits"]}
-    assert told == {"train": 4, "validation": 1, "test": 0}
+    assert told == {"train": 4, "validation": 1}
     for file in front["configs"][0]["data_files"]:
         assert list(folder.glob(file["path"]))
     assert front["license"] == "mit" and front["size_categories"] == ["n<1K"]
@@ -119,7 +119,7 @@ def test_two_exports_are_the_same_to_the_byte(divided_once, tmp_path):
     for name in ("a", "b"):
         export(divided_once, "huggingface", tmp_path / name, Told())
     paths = [p.relative_to(tmp_path / "a") for p in (tmp_path / "a").rglob("*") if p.is_file()]
-    assert len(paths) == 6
+    assert len(paths) == 5
     for path in paths:
         assert (tmp_path / "a" / path).read_bytes() == (tmp_path / "b" / path).read_bytes()
 
@@ -142,6 +142,19 @@ def test_the_card_tells_the_funnel_the_counts_and_what_is_not_measured(exported)
     assert not channels.loc["tongueOut", "exported"]
     having = (90 + 75 + 60 + 50) / (90 + 75 + 60 + 50 + 77)
     assert channels.loc["cheekPuff", "measured"] == pytest.approx(having, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("source", "said"), [("human", "a person (1 of 2 clusters)"), ("proposed", "a rule: no person")]
+)
+def test_the_card_tells_whether_a_person_named_the_clusters(divided, tmp_path, source, said):
+    row = dict.fromkeys(tables.LABELS.schema.names) | {"region": "brow", "action": "BrowUp"}
+    row |= {"source": source, "share": 0.5, "unmeasured": []}
+    rows = pd.DataFrame([row | {"cluster": 0}, row | {"cluster": 1, "source": "proposed"}])
+    results = divided()
+    tables.write(tables.LABELS, rows, results / "label" / "labels.parquet")
+    export(results, "huggingface", tmp_path / "out", Told())
+    assert f"names come from {said}" in (tmp_path / "out" / "README.md").read_text()
 
 
 def test_texts_are_kept_as_they_are_and_a_clip_without_any_has_none(exported):

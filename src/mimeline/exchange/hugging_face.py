@@ -61,7 +61,8 @@ def write(
     """Write the data set into an empty folder.
 
     sets: what the clips are of. max_bytes: after which a Parquet file ends and another begins, in
-    memory; the files are smaller. A part without a clip has a file without a row.
+    memory; the files are smaller. A part without a clip has no file: `datasets` stop at a split
+    without a row.
     """
     columns = schema(run.measured)
     parts = {name: _Files(folder / "data", SPLITS[name], columns, max_bytes) for name in PARTS}
@@ -74,9 +75,10 @@ def write(
             files.write(rows.filter(pa.array(shard.clips["part"] == name)))
     for files in parts.values():
         files.close()
+    filled = [files for files in parts.values() if files.rows]
     release = Release(run, tuple(sets), contact, contents, run.measured)
     release.write_tables(folder)
-    front = _front_matter(release, columns, parts)
+    front = _front_matter(release, columns, filled)
     card.write(folder / "README.md", "hugging_face.md.j2", release, front=front)
     return release
 
@@ -162,9 +164,8 @@ class _Files:
             self.rows, self.bytes = self.rows + len(group), self.bytes + group.nbytes
 
     def close(self) -> None:
-        if self._writer is None:
-            self._next()
-        self._writer.close()
+        if self._writer is not None:
+            self._writer.close()
         for number, path in enumerate(self.paths):
             name = f"{self.split}-{number:05d}-of-{len(self.paths):05d}.parquet"
             self.paths[number] = path.replace(self.folder / name)
@@ -201,24 +202,25 @@ def _groups(rows: pa.Table) -> Iterator[pa.Table]:
         yield rows.slice(start, ROWS)
 
 
-def _front_matter(release: Release, columns: pa.Schema, parts: dict[str, _Files]) -> dict[str, Any]:
+def _front_matter(release: Release, columns: pa.Schema, parts: Sequence[_Files]) -> dict[str, Any]:
     """What the hub reads of a card."""
     licence = licence_of_all(release.sets)
-    stored = [path.stat().st_size for files in parts.values() for path in files.paths]
+    stored = [path.stat().st_size for files in parts for path in files.paths]
     front: dict[str, Any] = {"pretty_name": release.title, "license": licence}
     if licence == "other":
-        front |= {"license_name": "see-the-card", "license_link": "README.md"}
+        pages = {own.page for own in release.sets}
+        front |= {"license_name": "see-the-card"}
+        front |= {"license_link": pages.pop()} if len(pages) == 1 and all(pages) else {}
     return front | {
         "language": ["en"],
         "task_categories": ["other"],
         "tags": ["facial-animation", "blendshapes", "arkit", "motion-generation", "timeline"],
-        "size_categories": [_size(sum(files.rows for files in parts.values()))],
+        "size_categories": [_size(sum(files.rows for files in parts))],
         "configs": [
             {
                 "config_name": "default",
                 "data_files": [
-                    {"split": files.split, "path": f"data/{files.split}-*"}
-                    for files in parts.values()
+                    {"split": files.split, "path": f"data/{files.split}-*"} for files in parts
                 ],
             }
         ],
@@ -226,10 +228,10 @@ def _front_matter(release: Release, columns: pa.Schema, parts: dict[str, _Files]
             "features": for_card(columns),
             "splits": [
                 {"name": files.split, "num_bytes": files.bytes, "num_examples": files.rows}
-                for files in parts.values()
+                for files in parts
             ],
             "download_size": sum(stored),
-            "dataset_size": sum(files.bytes for files in parts.values()),
+            "dataset_size": sum(files.bytes for files in parts),
         },
     }
 
