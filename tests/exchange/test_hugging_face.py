@@ -77,7 +77,7 @@ def test_parts_are_splits_and_one_without_a_clip_is_none(exported):
     assert front["dataset_info"]["download_size"] == stored
 
 
-def test_schema_and_card_name_the_same_features_as_datasets_reads_them(exported):
+def test_schema_and_card_name_the_same_features_in_words_that_old_and_new_datasets_know(exported):
     folder, _ = exported
     schema = pq.read_schema(folder / "data" / "train-00000-of-00001.parquet")
     told = json.loads(schema.metadata[b"huggingface"])["info"]["features"]
@@ -85,8 +85,9 @@ def test_schema_and_card_name_the_same_features_as_datasets_reads_them(exported)
     assert told["fps"] == {"dtype": "float64", "_type": "Value"}
     assert told["motion"]["jawOpen"] == {
         "feature": {"dtype": "float32", "_type": "Value"},
-        "_type": "List",
+        "_type": "Sequence",
     }
+    assert told["intervals"][0]["start_frame"] == {"dtype": "int64", "_type": "Value"}
     in_card = {own.pop("name"): own for own in front_of(folder)["dataset_info"]["features"]}
     assert list(in_card) == schema.names
     assert in_card["actions"]["struct"][0] == {"name": "BrowUp", "list": "int8"}

@@ -21,8 +21,12 @@ def for_card(fields) -> list[dict[str, Any]]:
 
 
 def _feature(kind: pa.DataType) -> Any:
+    """In the spelling of `datasets` up to version 3, which the later ones read as well."""
     if pa.types.is_list(kind):
-        return {"feature": _feature(kind.value_type), "_type": "List"}
+        inner = _feature(kind.value_type)
+        if pa.types.is_struct(kind.value_type):
+            return [inner]
+        return {"feature": inner, "_type": "Sequence"}
     if pa.types.is_struct(kind):
         return {field.name: _feature(field.type) for field in kind}
     return {"dtype": _name(kind), "_type": "Value"}
