@@ -31,7 +31,7 @@ def names(folder) -> list[str]:
 def test_it_says_what_was_written_and_how_to_load_it(run, divided, tmp_path):
     found = run(divided(), "out")
     assert (found.code, found.out) == (0, "")
-    assert re.match(r"wrote out \(huggingface\): 5 clips, 0\.2 minutes, .* MB: train 4", found.err)
+    assert re.match(r"wrote out \(huggingface\): 5 clips, 0\.2 minutes, \d+ kB: train 4", found.err)
     assert f"clips = load_dataset({str(tmp_path / 'out')!r})" in found.err
     found = run(tmp_path / "results", "arrays", to="humanml3d")
     lines = [line.strip() for line in found.err.partition("to load it:\n")[2].splitlines()]
@@ -90,7 +90,7 @@ def test_a_run_that_has_not_come_so_far_hears_what_to_type(run, divided, tmp_pat
     shutil.rmtree(results / gone)
     said = run(results, "out")
     assert said.code == 1 and f"found {found}" in said.err
-    assert "snakemake --cores 2 --until annotate describe split" in said.err
+    assert "snakemake --cores 2 --until describe split" in said.err
     assert not (tmp_path / "out").exists()
 
 

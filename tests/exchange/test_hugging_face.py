@@ -158,6 +158,15 @@ def test_the_card_tells_whether_a_person_named_the_clusters(divided, tmp_path, s
     assert f"names come from {said}" in (tmp_path / "out" / "README.md").read_text()
 
 
+def test_the_card_says_where_parts_share_recordings(divided, tmp_path):
+    results = divided()
+    path = results / "split" / "ledger.parquet"
+    noted = tables.read(tables.LEDGER, path).assign(rule="split_by_time")
+    tables.write(tables.LEDGER, noted, path)
+    export(results, "huggingface", tmp_path / "out", Told())
+    assert "**they share recordings and people**" in (tmp_path / "out" / "README.md").read_text()
+
+
 def test_texts_are_kept_as_they_are_and_a_clip_without_any_has_none(exported):
     folder, _ = exported
     rows = pd.read_parquet(folder / "data").set_index("clip_id")

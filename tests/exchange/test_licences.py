@@ -87,6 +87,7 @@ def test_a_licence_that_nobody_knows_and_one_without_derivatives_are_asked_about
 def test_what_is_not_told_stands_in_the_card_as_not_told(run):
     _, folder = run(OURS, "--redistribute", "recordings", "--data-set", "recordings")
     card = (folder / "README.md").read_text()
+    assert "Nobody here knows whether the licence of recordings permits to pass this on" in card
     assert "- Licence: **not told** — to be filled in" in card
     assert "**Not known**: whoever made the folder answers for it" in card
     assert "did they agree, to what, and how do they withdraw?" in card

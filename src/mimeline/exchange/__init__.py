@@ -1,1 +1,1 @@
-"""Timelines as people pass them on: converted, compared, joined, checked, taken out of a run."""
+"""Timelines and data sets as people pass them on: converted, compared, taken out of a run."""

@@ -12,7 +12,7 @@ from mimeline.atomic import whole_folder
 from mimeline.clips.admission import SAFE_ID
 from mimeline.errors import BadFile, printable
 from mimeline.exchange.finished import Finished, finished
-from mimeline.exchange.licences import Told, data_sets, require_permission
+from mimeline.exchange.licences import DataSet, Told, data_sets, require_permission
 from mimeline.exchange.release import ABOUT, LEFT_OUT, Release
 from mimeline.reporting import words
 
@@ -44,7 +44,7 @@ class Exported:
         told = ", ".join(f"{part.name} {words.count(part.clips)}" for part in parts)
         lines = [
             f"wrote {self.folder} ({self.layout}): {words.clips(every.clips)}, "
-            f"{words.minutes(every.seconds)} minutes, {_megabytes(self.bytes)}: {told}"
+            f"{words.minutes(every.seconds)} minutes, {_size(self.bytes)}: {told}"
         ]
         left_out = self.release.left_out
         if left_out:
@@ -139,14 +139,18 @@ def _require_free(folder: Path, overwrite: bool) -> None:
     raise BadFile(folder, found=found, expected="a new folder", remedy=remedy)
 
 
-def _all_the_same(own) -> str:
+def _all_the_same(own: DataSet) -> str:
+    """What is added of a data set that is passed on although it is not known to be permitted."""
     if own.redistribution == "permitted":
         return ""
-    why = "forbids to pass this on" if own.redistribution == "forbidden" else "is not known to"
-    return f" — it {why}; written because of {shlex.join(['--redistribute', own.name])}"
+    forbids = "it forbids to pass this on", "nobody here knows whether it may be passed on"
+    why = forbids[own.redistribution == "unknown"]
+    return f" — {why}; written because of {shlex.join(['--redistribute', own.name])}"
 
 
-def _megabytes(size: int) -> str:
+def _size(size: int) -> str:
+    if size < MB:
+        return f"{words.count(round(size / 1000))} kB"
     return f"{size / MB:.1f} MB" if size < 100 * MB else f"{words.count(round(size / MB))} MB"
 
 

@@ -16,7 +16,7 @@ from mimeline.reporting.funnel import Stage, funnel
 from mimeline.run import Run, recall
 from mimeline.vocabulary import CHANNELS
 
-UNTIL = ("--until", "annotate", "describe", "split")
+UNTIL = ("--until", "describe", "split")  # annotate comes before describe
 _OF_A_FRAME = ["clip_id", "frame"]
 
 

@@ -79,7 +79,7 @@ def write(
     release = Release(run, tuple(sets), contact, contents, run.measured)
     release.write_tables(folder)
     front = _front_matter(release, columns, filled)
-    card.write(folder / "README.md", "hugging_face.md.j2", release, front=front)
+    card.write(folder / "README.md", "hugging_face.md.j2", release, front, splits=SPLITS)
     return release
 
 

@@ -106,6 +106,7 @@ def write(
         folder / "README.md",
         "humanml3d.md.j2",
         release,
+        splits={},
         fps=fps,
         short=len(written.short),
         long=len(written.long),
@@ -186,5 +187,6 @@ def _nothing_to_train(run: Finished, left_out: list[dict[str, str]]) -> BadFile:
         run.results,
         found=f"no training clip that is whole ({words.listing(reasons) or 'there is none'})",
         expected="clips with a face and all channels in each frame, and a text",
-        remedy="The other layout keeps such clips: --to huggingface.",
+        remedy="The other layout keeps such clips: --to huggingface. Texts are made by "
+        f"{run.run.command('--until', 'describe')}.",
     )

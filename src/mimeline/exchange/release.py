@@ -86,7 +86,7 @@ class Release:
     def why_not(self) -> dict[str, list[str]]:
         """Reason → the channels that are not exported for it."""
         own = self.table[~self.table["exported"]]
-        reasons = own["origin"].where(~self.run.channels["measured"], "not in all clips")
+        reasons = own["origin"].where(~self.run.channels["measured"], "measured in too few frames")
         groups = reasons.fillna("not measured").groupby(reasons.fillna("not measured"), sort=False)
         return {str(reason): list(rows.index) for reason, rows in groups}
 
