@@ -116,6 +116,18 @@ def test_tables_of_two_runs_are_refused(run, divided, tmp_path):
     assert found.code == 1 and "no motion of clip '-good_0'" in found.err
 
 
+def test_a_shard_without_a_clip_is_passed_over(run, divided, tmp_path):
+    results = divided()
+    for path in sorted(results.glob("*/01/*.parquet")):
+        last = path.parents[1] / "02" / path.name
+        last.parent.mkdir(exist_ok=True)
+        path.rename(last)
+        table = next(t for t in vars(tables).values() if getattr(t, "name", "") == path.stem)
+        tables.write(table, tables.empty(table), path)
+    found = run(results, "out")
+    assert found.code == 0 and "5 clips" in found.err
+
+
 @pytest.mark.parametrize("hostile", ["../../evil", "a/b", "", ".hidden", "x\n"])
 def test_an_id_that_is_no_file_name_is_refused(run, divided, tmp_path, hostile):
     results = divided()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from mimeline import tables
@@ -22,9 +23,10 @@ _OF_A_FRAME = ["clip_id", "frame"]
 
 @dataclass(frozen=True)
 class Shard:
-    """Clips of a run, as their tables have them; rows of the other two in the order of clips.
+    """Clips of a run, as their tables have them.
 
-    clips: `clips` with part and group, by clip_id. motion, frames: a row for each frame of each.
+    clips: `clips` with part and group, sorted by clip_id. motion, frames: a row for each frame of
+    each clip, in the same order. intervals: in that order, too.
     """
 
     clips: pd.DataFrame
@@ -126,6 +128,8 @@ class Finished:
         for clip_id, n, expected in zip(ids, n_frames, clips["n_frames"], strict=True):
             if n != expected or n == 0:
                 raise self._stale("ingest", f"{n} frames of clip {clip_id!r}, not {expected}")
+        if not (motion["clip_id"].to_numpy() == np.repeat(ids, n_frames)).all():
+            raise self._stale("ingest", "clips in another order")
         return Shard(clips, motion, frames, intervals)
 
     def _stale(self, stage: str, found: str) -> BadFile:

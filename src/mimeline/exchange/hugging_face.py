@@ -1,6 +1,6 @@
 """A run's clips as a data set for the Hugging Face hub: sharded Parquet, a row per clip, a card."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -108,26 +108,26 @@ def rows_of(
     def listed(values: np.ndarray, kind: pa.ListType) -> pa.ListArray:
         return pa.ListArray.from_arrays(offsets, pa.array(values, kind.value_type), type=kind)
 
-    tracked = {n: listed(motion[n].to_numpy(_dtype(k)), k) for n, k in _TRACKED.items()}
-    shown = {n: frames[n].to_numpy(np.float32, na_value=UNKNOWN).astype(np.int8) for n in ACTIONS}
-    moved = columns.field("motion").type
+    def by_name(column: str, values: Callable[[str], np.ndarray]) -> pa.StructArray:
+        kinds = list(columns.field(column).type)
+        arrays = [listed(values(kind.name), kind.type) for kind in kinds]
+        return pa.StructArray.from_arrays(arrays, fields=kinds)
+
+    def shown(action: str) -> np.ndarray:
+        return frames[action].to_numpy(np.float32, na_value=UNKNOWN).astype(np.int8)
+
+    tracked = {
+        name: listed(motion[name].to_numpy(bool if name == "valid" else np.float32), kind)
+        for name, kind in _TRACKED.items()
+    }
     arrays = {
         **known,
         **tracked,
-        "motion": pa.StructArray.from_arrays(
-            [listed(motion[f.name].to_numpy(np.float32), f.type) for f in moved], fields=list(moved)
-        ),
-        "actions": pa.StructArray.from_arrays(
-            [listed(shown[f.name], f.type) for f in columns.field("actions").type],
-            fields=list(columns.field("actions").type),
-        ),
+        "motion": by_name("motion", lambda name: motion[name].to_numpy(np.float32)),
+        "actions": by_name("actions", shown),
         "intervals": _intervals(shard, columns.field("intervals").type),
     }
     return pa.table(arrays, schema=columns)
-
-
-def _dtype(kind: pa.ListType) -> type:
-    return bool if pa.types.is_boolean(kind.value_type) else np.float32
 
 
 def _intervals(shard: Shard, kind: pa.ListType) -> pa.ListArray:

@@ -218,7 +218,7 @@ def _licence_id(text: str) -> str | None:
     """The identifier that a licence's name means: `CC BY 4.0`, `cc-by-4.0` → cc-by-4.0."""
 
     def bare(name: str) -> str:
-        return re.sub(r"[^a-z0-9.]+", "", name.casefold())
+        return re.sub(r"licen[cs]e|[^a-z0-9.]+", "", name.casefold())
 
     known = _licences().items()
     return next((i for i, own in known if bare(text) in (bare(i), bare(own["name"]))), None)
