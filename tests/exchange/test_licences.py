@@ -36,12 +36,12 @@ def run(mimeline, divided, tmp_path):
 def test_a_licence_that_forbids_to_pass_on_stops_the_export_until_it_is_named(run, layout):
     found, folder = run(CELEBV, layout=layout)
     assert found.code == 1 and not folder.exists()
-    assert "data set CelebV-Text: found a licence that forbids to pass on" in found.err
+    assert "data set CelebV-Text: found a licence that forbids passing on" in found.err
     assert "no portion may be copied, published or distributed" in found.err
     assert "--redistribute CelebV-Text" in found.err
     assert "https://github.com/celebv-text/CelebV-Text" in found.err
     found, folder = run(CELEBV, "--redistribute", "CelebV-Text", layout=layout)
-    assert found.code == 0 and "forbids to pass this on; written because of" in found.err
+    assert found.code == 0 and "forbids passing this on; written because of" in found.err
     card = (folder / "README.md").read_text()
     assert "**No**: its licence forbids it. Whoever made the folder overrode that" in card
     about = json.loads((folder / "about.json").read_text())
@@ -80,14 +80,14 @@ def test_a_licence_that_nobody_knows_and_one_without_derivatives_are_asked_about
     )
     found, _ = run(OURS, "--licence", "CC-BY-NC-ND 4.0")
     assert (
-        found.code == 1 and "forbids to pass on what is made of it (CC BY-NC-ND 4.0)" in found.err
+        found.code == 1 and "forbids passing on what is made of it (CC BY-NC-ND 4.0)" in found.err
     )
 
 
 def test_what_is_not_told_stands_in_the_card_as_not_told(run):
     _, folder = run(OURS, "--redistribute", "recordings", "--data-set", "recordings")
     card = (folder / "README.md").read_text()
-    assert "Nobody here knows whether the licence of recordings permits to pass this on" in card
+    assert "Nobody here knows whether the licence of recordings permits passing this on" in card
     assert "- Licence: **not told** — to be filled in" in card
     assert "**Not known**: whoever made the folder answers for it" in card
     assert "did they agree, to what, and how do they withdraw?" in card

@@ -55,7 +55,7 @@ def add(commands, of_a_run: argparse.ArgumentParser) -> None:
         metavar="NAME",
         action="append",
         default=[],
-        help="write what is made of this data set although its licence forbids to pass it on, or "
+        help="write what is made of this data set although its licence forbids passing it on, or "
         "is not known to permit it; the card says so; may be repeated",
     )
     export.add_argument(

@@ -74,7 +74,7 @@ def export(
 
     told: what is said of the data sets that they are of. overwrite: replace an earlier export.
     max_mb: of a Parquet file (huggingface), in memory. fps: of the motion (humanml3d); None: its
-    loaders' own. Raises NotPermitted where a licence forbids to pass on what is made, or nobody
+    loaders' own. Raises NotPermitted where a licence forbids passing on what is made, or nobody
     has told one; NoSuchFile where the run has not come so far; BadFile where the folder is taken.
     """
     if fps is not None and layout != "humanml3d":
@@ -143,7 +143,7 @@ def _all_the_same(own: DataSet) -> str:
     """What is added of a data set that is passed on although it is not known to be permitted."""
     if own.redistribution == "permitted":
         return ""
-    forbids = "it forbids to pass this on", "nobody here knows whether it may be passed on"
+    forbids = "it forbids passing this on", "nobody here knows whether it may be passed on"
     why = forbids[own.redistribution == "unknown"]
     return f" — {why}; written because of {shlex.join(['--redistribute', own.name])}"
 

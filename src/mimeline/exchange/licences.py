@@ -84,11 +84,11 @@ def require_permission(found: Sequence[DataSet], results: Path) -> None:
         flag = shlex.join(["--redistribute", own.name])
         told = shlex.join(["--licence", f"{own.name}=cc-by-4.0"])
         if own.redistribution == "forbidden":
-            what = f"a licence that forbids to pass on what is made of it ({own.licence})"
+            what = f"a licence that forbids passing on what is made of it ({own.licence})"
             remedy = f"Where its owners permit it to you, or nobody else gets the folder: {flag}."
         elif own.licence:
             what = f"the licence {own.licence!r}, of which nobody here knows what it permits"
-            remedy = f"Read it, and where it permits to pass on what is made of it: {flag}."
+            remedy = f"Read it, and where it permits passing on what is made of it: {flag}."
         else:
             what = "no licence"
             remedy = f"Tell it, as {told}; or, where you know that you may: {flag}."
