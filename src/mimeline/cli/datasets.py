@@ -1,8 +1,9 @@
 """The command `mimeline dataset`: a run's clips as data sets for other trainers."""
 
 import argparse
-import sys
 from pathlib import Path
+
+from mimeline.cli.terminal import tell
 
 LAYOUTS = ("huggingface", "humanml3d")
 
@@ -96,5 +97,5 @@ def _export(arguments: argparse.Namespace) -> int:
         max(arguments.shard_mb, 1),
         rate_said(arguments.fps),
     )
-    print(found, file=sys.stderr)
+    tell(found)
     return 0
