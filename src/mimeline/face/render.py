@@ -44,13 +44,9 @@ class Camera:
     @classmethod
     def framing(cls, face: Face, size: int) -> "Camera":
         """The camera that shows the whole head of the neutral face, with room to turn it."""
-        head = face.neutral[_head_weight(face) > HELD]
-        low, high = head.min(0), head.max(0)
-        x, y, _ = (low + high) / 2
-        half = MARGIN * max(high[0] - low[0], high[1] - low[1]) / 2
-        middle = (low[2] + high[2]) / 2
+        (x, y, middle), half = extent(face)
         z = middle + DISTANCE * half
-        return cls((float(x), float(y), float(z)), size / 2 * (z - middle) / half, size)
+        return cls((x, y, z), size / 2 * (z - middle) / half, size)
 
     def project(self, points: np.ndarray) -> np.ndarray:
         """Pixel (column, row) of points (..., 3); a pixel's centre is at its number + 0.5."""
@@ -110,6 +106,14 @@ def film(
 def strip(pictures: Sequence[np.ndarray]) -> np.ndarray:
     """Pictures of one height side by side, as one (H, sum of W, 3) array."""
     return np.concatenate(list(pictures), axis=1)
+
+
+def extent(face: Face) -> tuple[tuple[float, float, float], float]:
+    """Where the neutral head is, metres: its middle, and half of what a picture of it spans."""
+    head = face.neutral[_head_weight(face) > HELD]
+    low, high = head.min(0).astype(float), head.max(0).astype(float)
+    half = MARGIN * max(high[0] - low[0], high[1] - low[1]) / 2
+    return tuple(((low + high) / 2).tolist()), float(half)
 
 
 def _head_weight(face: Face) -> np.ndarray:

@@ -1,6 +1,6 @@
 // Keys that act wherever the focus is, except where they are typed or press what has the focus.
 
-/** actions: key → what it does. repeating: the keys that act again while held down. */
+/** actions: key → what it does with the event. repeating: the keys that act again while held down. */
 export function onKeys(actions, repeating) {
   document.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || event.isComposing) return;
@@ -16,7 +16,7 @@ export function onKeys(actions, repeating) {
     const action = actions[event.key] ?? actions[event.key.toLowerCase()] ?? actions[digit];
     if (!action || (event.repeat && !repeating.includes(event.key))) return;
     event.preventDefault();
-    action();
+    action(event);
   });
   document.addEventListener("click", (event) => {
     const pressed = event.target.closest("button, [type=checkbox]");
