@@ -145,6 +145,25 @@ def _parser() -> argparse.ArgumentParser:
     )
     check_data.set_defaults(run=_check_data)
 
+    preview = commands.add_parser(
+        "preview",
+        parents=[as_taken, with_a_page],
+        help="see a motion or a timeline in a browser, on a face that can be turned",
+        description="Serve a page on this machine alone that shows a motion (.csv, .glb, .npz, "
+        ".parquet, any tracking result), or what a timeline says (.json, .csv, .vtt, .eaf, "
+        ".TextGrid, .txt), on a face that can be turned, frame by frame; two files stand side by "
+        "side.",
+    )
+    preview.add_argument("file", metavar="FILE", type=Path, help="a motion, or timelines")
+    preview.add_argument("other", metavar="OTHER", type=Path, nargs="?", help="to compare it with")
+    preview.add_argument("--face", type=Path, help="a face model with ARKit's shapes")
+    preview.add_argument("--clip", metavar="ID", help="of a file of timelines, the one shown first")
+    preview.add_argument("--fps", help="of timelines that do not tell it: 25, 29.97, 30000/1001")
+    preview.add_argument(
+        "--frames", metavar="N", type=int, help="of timelines that do not tell how long they are"
+    )
+    preview.set_defaults(run=_preview)
+
     label = commands.add_parser(
         "label",
         parents=[of_a_run, with_a_page],
@@ -268,6 +287,22 @@ def _check_data(arguments: argparse.Namespace) -> int:
     else:
         say(as_text(found, plan, arguments.results, colour()))
     return 0 if found.sound else 1
+
+
+def _preview(arguments: argparse.Namespace) -> int:
+    from mimeline.exchange.reading import Reading, length_said, rate_said
+    from mimeline.inspection import options
+    from mimeline.studio.preview import serve
+
+    serve(
+        [path for path in (arguments.file, arguments.other) if path],
+        arguments.face,
+        options(arguments.config, arguments.set, arguments.format),
+        Reading(rate_said(arguments.fps), length_said(arguments.frames), arguments.clip),
+        arguments.port,
+        not arguments.no_browser,
+    )
+    return 0
 
 
 def _label(arguments: argparse.Namespace) -> int:

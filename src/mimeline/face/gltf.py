@@ -90,7 +90,7 @@ def write(
         "animations": [animation],
     }
     glb.write(path, document, arrays)
-    return _unsaid(face)
+    return unsaid(face)
 
 
 def read(path: Path) -> Performance:
@@ -216,7 +216,7 @@ def _material(name: str, roughness: float) -> dict[str, Any]:
     return {"name": name, "pbrMetallicRoughness": looks}
 
 
-def _unsaid(face: Face) -> tuple[str, ...]:
+def unsaid(face: Face) -> tuple[str, ...]:
     """What glTF cannot say of a face: it adds shapes and turns joints, and no more."""
     lost = []
     if face.pose_shapes is not None:
