@@ -23,6 +23,7 @@ from mimeline.studio.previewed import Clip, Previewed, face_to_show, previewed
 from mimeline.studio.review import TELL
 
 KEPT = 6  # moving faces: of a file of many clips, those that were looked at last
+EMBEDDED = "the embedded face"
 GLB = "model/gltf-binary"
 
 
@@ -77,7 +78,7 @@ def serve(
     """
     actor, shown = face_to_show(face), previewed(paths, options, reading)
     with tempfile.TemporaryDirectory(prefix="mimeline-preview-") as folder:
-        stage = Stage(shown, actor, Path(face).name if face else "", Path(folder))
+        stage = Stage(shown, actor, Path(face).name if face else EMBEDDED, Path(folder))
         server.serve(lambda key: preview(stage, key), port, open_browser, say)
 
 
@@ -93,7 +94,7 @@ def preview(stage: Stage, key: str) -> Flask:
     @page.get("/")
     def index() -> str:
         names = [own.path.name for own in stage.shown]
-        return render_template("preview.html", names=" and ".join(names), two=len(names) > 1)
+        return render_template("preview.html", names=" and ".join(names), two=len(names) > 1, face=stage.face_name)
 
     @page.get("/files")
     def files() -> dict:

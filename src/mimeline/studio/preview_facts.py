@@ -46,18 +46,19 @@ def told(clip: Clip) -> dict[str, Any]:
         "asked": bool(motion.made),
         "timeline": None if motion.timeline is None else _timeline(motion.timeline),
         "no_timeline": NO_TIMELINE,
+        "states": _states(clip),
         "channels": _channels(motion),
     }
 
 
-def _facts(clip: Clip, valid: np.ndarray) -> list[list[str]]:
+def _facts(clip: Clip, valid: np.ndarray) -> list[str]:
     motion = clip.motion
     rate = f"{float(motion.fps):.2f}".rstrip("0").rstrip(".")
-    facts = [["Frames", f"{words.count(len(motion))} at {rate} fps, {motion.seconds:.2f} s"]]
+    facts = [f"{words.plural(len(motion), 'frame')} at {rate} fps, {motion.seconds:.2f} s"]
     if not valid.all():
-        facts.append(["Not tracked", words.plural(int((~valid).sum()), "frame")])
+        facts.append(f"not tracked: {words.plural(int((~valid).sum()), 'frame')}")
     if not clip.acted:
-        facts += [[name.capitalize(), str(value)] for name, value in motion.made.items()]
+        facts += [f"{name}: {value}" for name, value in motion.made.items()]
     return facts
 
 
@@ -91,22 +92,27 @@ def _interval(interval: Interval, fps: float) -> dict[str, Any]:
     }
 
 
+def _states(clip: Clip) -> dict[str, str]:
+    """What it is called that a channel is known, and that it is not."""
+    known = "told" if clip.acted else "made" if clip.motion.made else "measured"
+    return {"known": known, "absent": f"not {known}"}
+
+
 def _channels(motion: Motion) -> list[dict[str, Any]]:
     """Every channel: where it comes from and, where it is known, its values; angles in degrees."""
     moved = set(motion.moved)
     found = []
     for name, channel in CHANNELS.items():
         origin = motion.origins.get(name)
-        state = "absent" if name not in moved else "made" if motion.made else "measured"
         entry = {
             "name": name,
             "group": next(group for start, group in GROUPS.items() if name.startswith(start)),
             "unit": "°" if channel.unit == "rad" else "",
-            "state": state,
+            "known": name in moved,
             "origin": "" if origin is None else origin.text,
-            "quality": None if origin is None or state == "absent" else origin.quality,
+            "quality": None if origin is None or name not in moved else origin.quality,
         }
-        if state != "absent":
+        if name in moved:
             values = motion.frames[name].to_numpy(np.float64, na_value=np.nan)
             values = np.degrees(values) if channel.unit == "rad" else values
             rounded = np.round(values, DIGITS[channel.unit]).tolist()

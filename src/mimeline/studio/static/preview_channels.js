@@ -4,25 +4,25 @@ import { element } from "./ground.js";
 import { shown } from "./preview_tracks.js";
 
 const DOUBTFUL = 0.5; // quality below which it is said in colour
-const WORDS = { measured: "measured", made: "made", absent: "not measured" };
 const FULL_DEGREES = 40; // an angle that fills its bar
 
 export class Channels {
-  /** box: what they fill. toggled(channel): a person wants its curve, or no longer. */
-  constructor(box, channels, toggled) {
+  /** box: what they fill. facts: of the motion. toggled(channel): a person wants its curve, or no longer. */
+  constructor(box, { channels, states }, toggled) {
     this.rows = [];
     const groups = new Map();
     for (const channel of channels) {
       if (!groups.has(channel.group)) groups.set(channel.group, []);
-      groups.get(channel.group).push(this.#row(channel, toggled));
+      groups.get(channel.group).push(this.#row(channel, states, toggled));
     }
-    const absent = channels.filter(({ state }) => state === "absent").length;
-    const known = channels.length - absent;
-    const state = channels.find((channel) => channel.state !== "absent")?.state;
-    const sum = element("p", "sum", `${known} ${WORDS[state] ?? "known"}`);
-    if (absent) sum.append(element("span", "quiet", `, ${absent} not: they rest at 0, which is not what was seen`));
+    const known = channels.filter((channel) => channel.known).length;
+    const absent = channels.length - known;
+    const sum = element("p", "sum", `${known} channels ${states.known}`);
+    if (absent) sum.append(element("span", "quiet", `, ${absent} ${states.absent}: on the face these rest at 0, which says nothing of them`));
+    const rated = channels.some(({ quality }) => quality !== null);
+    const hint = `Press one to see its curve.${rated ? " The percentage is how far it may be relied on." : ""}`;
     const parts = [...groups].map(([name, rows]) => element("section", "", element("h3", "", name), ...rows));
-    box.replaceChildren(sum, element("p", "quiet hint", "Press one to see its curve."), ...parts);
+    box.replaceChildren(sum, element("p", "quiet hint", hint), ...parts);
   }
 
   moved(frame) {
@@ -41,11 +41,11 @@ export class Channels {
     this.rows.find((row) => row.channel.name === name)?.button.setAttribute("aria-pressed", String(pressed));
   }
 
-  #row(channel, toggled) {
-    const { name, state, origin, quality } = channel;
-    const told = `${name}: ${WORDS[state]}${origin ? `, ${origin}` : ""}${quality === null ? "" : `, reliable to ${percent(quality)}`}`;
-    if (state === "absent") {
-      const row = element("p", "channel absent", element("span", "name", name), element("span", "value", "not measured"));
+  #row(channel, states, toggled) {
+    const { name, known, origin, quality } = channel;
+    const told = `${name}: ${known ? states.known : states.absent}${origin ? `, ${origin}` : ""}${quality === null ? "" : `, reliable to ${percent(quality)}`}`;
+    if (!known) {
+      const row = element("p", "channel absent", element("span", "name", name), element("span", "value", states.absent));
       row.title = told;
       return row;
     }

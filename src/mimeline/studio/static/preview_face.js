@@ -17,11 +17,11 @@ const MOST_PIXELS = 2; // per CSS pixel
 export const VIEWS = { front: 0, three: 40, side: 90 }; // degrees about the head
 
 export class Face {
-  /** canvas: where it is drawn. box: the head's middle, half its height and the camera's distance in
-   * such halves. turned: told when a person turned it. Throws where the browser cannot draw. */
-  constructor(canvas, { middle, half, distance }, turned) {
+  /** canvas, context: where it is drawn, see contextOf. box: the head's middle, half its height and the camera's distance in
+   * such halves. turned: told when a person turned it. */
+  constructor(canvas, context, { middle, half, distance }, turned) {
     this.canvas = canvas;
-    this.renderer = new WebGLRenderer({ canvas, alpha: true, antialias: true });
+    this.renderer = new WebGLRenderer({ canvas, context });
     this.scene = new Scene();
     this.scene.add(new HemisphereLight(...SKY));
     for (const [from, colour, strength] of LIGHTS) {
@@ -38,9 +38,11 @@ export class Face {
       enablePan: false, minDistance: NEAREST * this.away, maxDistance: FARTHEST * this.away,
       minPolarAngle: 0.35, maxPolarAngle: Math.PI - 0.35,
     });
-    this.controls.addEventListener("change", () => this.draw());
-    this.controls.addEventListener("change", () => this.following || turned());
     this.look(0);
+    this.controls.addEventListener("change", () => {
+      this.draw();
+      if (!this.following) turned();
+    });
     this.seen = new ResizeObserver(() => this.#fit());
     this.seen.observe(canvas.parentElement);
   }
@@ -100,7 +102,6 @@ export class Face {
     this.controls.target.copy(other.controls.target);
     this.controls.update();
     this.following = false;
-    this.draw();
   }
 
   get names() {
@@ -134,6 +135,9 @@ export class Face {
     this.draw();
   }
 }
+
+/** What a face is drawn with; null where the browser does not draw. */
+export const contextOf = (canvas) => canvas.getContext("webgl2", { alpha: true, antialias: true, premultipliedAlpha: true });
 
 /** For each frame, its key or the last one before it; before the first key, that. */
 function keysOf(times, fps, frames) {

@@ -2,7 +2,7 @@
 
 import { ask, byId, element } from "./ground.js";
 import { Channels } from "./preview_channels.js";
-import { Face, bytesOf } from "./preview_face.js";
+import { Face, bytesOf, contextOf } from "./preview_face.js";
 import { Tracks } from "./preview_tracks.js";
 
 const CURVES = 4; // shown of a motion without a timeline: of the channels that move most
@@ -21,11 +21,9 @@ export class Pane {
     this.#clips(file.clips);
     const button = this.part(".open-channels");
     button.addEventListener("click", () => this.openChannels(button.getAttribute("aria-expanded") === "false"));
-    try {
-      this.face = new Face(this.part("canvas"), box, () => heard.turned(this));
-    } catch {
-      this.face = null;
-    }
+    const canvas = this.part("canvas");
+    const context = contextOf(canvas);
+    this.face = context && new Face(canvas, context, box, () => heard.turned(this));
   }
 
   /** Learn of the clip, then have its face; told by and by. Its facts are there when it returns. */
@@ -115,10 +113,9 @@ export class Pane {
   }
 
   #tell() {
-    const { facts, notes, channels } = this.facts;
-    const told = facts.map(([name, value]) => (name === "Frames" ? value : `${name.toLowerCase()}: ${value}`));
-    this.part(".facts").replaceChildren(...[...told, ...notes].map((text) => element("span", "", text)));
-    this.channels = new Channels(this.part(".channels"), channels, (channel) => this.toggleCurve(channel));
+    const { facts, notes } = this.facts;
+    this.part(".facts").replaceChildren(...[...facts, ...notes].map((text) => element("span", "", text)));
+    this.channels = new Channels(this.part(".channels"), this.facts, (channel) => this.toggleCurve(channel));
   }
 
   async #bring(number) {

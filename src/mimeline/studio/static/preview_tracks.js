@@ -18,10 +18,11 @@ export class Tracks {
     this.playhead = element("i", "playhead");
     this.list = element("div", "rows", ...this.rows.map((row) => row.box));
     this.lanes.append(...this.#shades(), this.playhead);
-    box.replaceChildren(element("div", "ruler", element("span"), this.ticks), this.list, this.lanes);
-    if (!facts.timeline) this.list.append(element("p", "none", facts.no_timeline));
+    const ruler = element("div", "ruler", element("span"), this.ticks);
+    box.replaceChildren(element("div", "scale", ruler, this.list, this.lanes));
+    if (!facts.timeline) box.prepend(element("p", "none", facts.no_timeline));
     const absent = facts.timeline?.absent ?? [];
-    if (absent.length) box.append(element("p", "absent", `Not measured: ${absent.join(", ")}.`));
+    if (absent.length) box.append(element("p", "absent", `Not ${facts.acted ? "told" : "measured"}: ${absent.join(", ")}.`));
     this.#listen();
     new ResizeObserver(() => this.#tick()).observe(this.ticks);
   }
