@@ -13,7 +13,7 @@ from mimeline.studio.decisions import Decisions
 from mimeline.studio.pictures import Pictures
 from mimeline.studio.review import clips_with_films, review
 
-from . import rated_run
+from . import previewed_files, rated_run
 from .fitted_run import HOSTILE, LabelPage, make
 
 KEY = "the-key"
@@ -183,3 +183,9 @@ def rated_once(tmp_path_factory) -> Path:
 @pytest.fixture
 def rated(rated_once, tmp_path) -> Path:
     return shutil.copytree(rated_once, tmp_path / "results")
+
+
+@pytest.fixture(scope="session")
+def previewed_once(tmp_path_factory):
+    """Files that can be previewed."""
+    return previewed_files.make(tmp_path_factory.mktemp("previewed"))

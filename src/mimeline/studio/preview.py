@@ -94,7 +94,8 @@ def preview(stage: Stage, key: str) -> Flask:
     @page.get("/")
     def index() -> str:
         names = [own.path.name for own in stage.shown]
-        return render_template("preview.html", names=" and ".join(names), two=len(names) > 1, face=stage.face_name)
+        named = {"names": " and ".join(names), "face": stage.face_name}
+        return render_template("preview.html", two=len(names) > 1, **named)
 
     @page.get("/files")
     def files() -> dict:

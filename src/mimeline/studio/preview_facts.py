@@ -1,4 +1,4 @@
-"""What the preview tells of a motion: its frames, its timeline, and where each channel comes from."""
+"""What the preview tells of a motion: its frames, its timeline, where each channel comes from."""
 
 from typing import Any
 

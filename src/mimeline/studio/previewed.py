@@ -69,7 +69,7 @@ def previewed(paths: Sequence[Path], options: Options, reading: Reading) -> list
 
 
 def face_to_show(path: Path | None) -> Face:
-    """The face at path, None: the embedded one. Raises BadFile for one that channels cannot move."""
+    """The face at path, None: the embedded one. Raises BadFile where no channel can move it."""
     face = load_face(path)
     if not any(driver(name) for name in face.shape_names):
         raise BadFile(

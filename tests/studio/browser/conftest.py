@@ -19,6 +19,7 @@ NAMES = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = (
     "--no-sandbox",
     "--disable-gpu",
+    "--enable-unsafe-swiftshader",  # draws what is drawn with WebGL
     "--disable-quic",
     "--no-first-run",
     "--disable-background-networking",

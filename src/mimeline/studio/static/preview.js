@@ -47,7 +47,7 @@ function draw() {
 
 player.parts.add({
   advance(by) {
-    if (!by || !seconds || panes.some((pane) => pane.ready === false && pane.face)) return;
+    if (!by || !seconds || panes.some(({ waiting }) => waiting)) return;
     if (now + by < seconds) {
       go(now + by);
     } else if (looping) {
@@ -88,8 +88,8 @@ function jump(to) {
 /** From the front; from one side, the next time from the other. */
 function look(wanted) {
   sign = wanted === view ? -sign : 1;
-  view = wanted;
   for (const { face } of panes) face?.look(sign * VIEWS[wanted]);
+  view = wanted;
 }
 
 function zoom(by) {
@@ -97,6 +97,7 @@ function zoom(by) {
 }
 
 function turned(pane) {
+  view = "";
   for (const other of panes) if (other !== pane) other.face?.follow(pane.face);
 }
 

@@ -49,7 +49,9 @@ export class Face {
 
   /** Take a file's bytes in place of what is shown. fps, frames: of the motion that it holds. */
   async set(bytes, fps, frames) {
+    this.wanted = bytes;
     const gltf = await new GLTFLoader().parseAsync(bytes, "");
+    if (this.wanted !== bytes) return; // something else was, meanwhile
     if (this.model) this.scene.remove(this.model);
     this.#forget();
     this.model = gltf.scene;

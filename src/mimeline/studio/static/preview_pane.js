@@ -26,7 +26,7 @@ export class Pane {
     this.face = context && new Face(canvas, context, box, () => heard.turned(this));
   }
 
-  /** Learn of the clip, then have its face; told by and by. Its facts are there when it returns. */
+  /** Learn of the clip, and ask for its face, which comes later. */
   async load() {
     const { number } = this;
     const { status, body } = await ask(`/motions/${number}`);
@@ -37,9 +37,8 @@ export class Pane {
     }
     this.facts = body;
     this.frame = 0;
-    this.ready = false;
-    this.coming = this.#bring(number);
     this.#tell();
+    this.#bring(number);
   }
 
   /** Draw the lanes anew: so many seconds long. */
@@ -77,7 +76,7 @@ export class Pane {
     const words = [element("b", "", `frame ${frame}`), element("span", "at", `${(frame / fps).toFixed(2)} s`)];
     if (untracked) words.push(element("span", "chip", "not tracked"));
     if (ended) words.push(element("span", "chip", "ended"));
-    if (this.facts.timeline && !ended) words.push(...this.#doing(acted || asked ? "asked:" : "does:"));
+    if (this.facts.timeline && !ended) words.push(...this.#doing(acted || asked ? "asked:" : "seen:"));
     this.part(".now").replaceChildren(...words);
   }
 
@@ -124,13 +123,14 @@ export class Pane {
       return;
     }
     const gauge = this.part("progress");
+    this.waiting = true;
     this.#say("Reading …");
     try {
       const bytes = await bytesOf(`/face/${number}.glb`, (part) => {
         gauge.hidden = false;
         gauge.value = part;
       });
-      if (this.number !== number) return;
+      if (this.number !== number) return; // another one is on its way
       await this.face.set(bytes, this.facts.fps, this.facts.n_frames);
       this.#say("");
       this.face.show(this.frame);
@@ -138,6 +138,7 @@ export class Pane {
       this.#say(`The face could not be shown: ${error.message}`);
     }
     gauge.hidden = true;
+    this.waiting = false;
   }
 
   /** In place of the face; "" where it is there. */
