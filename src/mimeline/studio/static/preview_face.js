@@ -8,7 +8,7 @@ import {
 const LIGHTS = [ // where from, in the face's frame; colour; strength
   [[-0.5, 0.62, 0.9], 0xfff1e2, 2.2],
   [[0.9, 0.1, 0.6], 0xdfe8ff, 0.8],
-  [[0.5, 0.7, -1], 0xe6edff, 1.1],
+  [[0.5, 0.7, -1], 0xe6edff, 0.8],
 ];
 const SKY = [0xf2f4fa, 0x6b5c52, 1.05];
 const NEAREST = 0.3, FARTHEST = 2.2; // of the distance from which the whole head is seen

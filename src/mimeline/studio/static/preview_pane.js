@@ -112,7 +112,8 @@ export class Pane {
   }
 
   #tell() {
-    const { facts, notes } = this.facts;
+    const { facts, notes, timeline } = this.facts;
+    this.box.classList.toggle("timed", timeline !== null);
     this.part(".facts").replaceChildren(...[...facts, ...notes].map((text) => element("span", "", text)));
     this.channels = new Channels(this.part(".channels"), this.facts, (channel) => this.toggleCurve(channel));
   }
