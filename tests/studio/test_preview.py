@@ -11,13 +11,11 @@ from mimeline.exchange.reading import Reading
 from mimeline.face import glb
 from mimeline.face.load import load_face
 from mimeline.inspection import options
-from mimeline.motion.acted import HEIGHTS, acted
 from mimeline.studio import previewed as previewed_module
 from mimeline.studio.preview import Stage, preview
 from mimeline.studio.previewed import CUT_SHORT, face_to_show, previewed
 from mimeline.studio.server import HEADERS
 from mimeline.timeline import files as timelines
-from mimeline.vocabulary import ACTIONS
 
 from .previewed_files import FPS, FRAMES, HOSTILE, INVALID, TRACKED_FPS, timeline
 
@@ -96,17 +94,6 @@ def test_frames_without_a_face_are_told_and_have_no_key(previewed_once, tmp_path
     times = file.values(file.document["animations"][0]["samplers"][0]["input"])
     valid = [frame for frame in range(FRAMES) if frame not in INVALID]
     np.testing.assert_allclose(times, np.array(valid) / float(TRACKED_FPS), atol=1e-5)
-
-
-def test_a_timeline_is_acted_on_its_frames_and_nothing_else_is_moved():
-    assert set(HEIGHTS) == set(ACTIONS)
-    frames = acted(timeline("any")).frames
-    smile = frames["mouthSmileRight"].to_numpy() / HEIGHTS["Smile"]["mouthSmile"]
-    assert np.flatnonzero(smile >= 0.5).tolist() == list(range(10, 45))
-    assert frames["browOuterUpRight"].max() == 0 < frames["browOuterUpLeft"].max()
-    assert frames["browDownLeft"].max() == 0 < frames["browDownRight"].max()
-    assert frames["head_yaw_left"].max() == pytest.approx(HEIGHTS["HeadLeft"]["head_yaw_left"])
-    assert frames[["gaze_left", "jawOpen", "eyeSquintLeft"]].isna().all(axis=None)
 
 
 def test_a_csv_is_told_by_its_content_and_takes_its_rate_from_the_motion_beside_it(previewed_once):
