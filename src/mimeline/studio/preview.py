@@ -41,7 +41,7 @@ class Stage:
         files, number = [], 0
         for own in self.shown:
             clips = [{"number": number + n, "name": clip.name} for n, clip in enumerate(own.clips)]
-            files.append({"name": own.path.name, "path": str(own.path), "clips": clips})
+            files.append({"name": own.path.resolve().name, "path": str(own.path), "clips": clips})
             files[-1]["first"] = number + own.first
             number += len(clips)
         middle, half = extent(self.face)
@@ -93,7 +93,7 @@ def preview(stage: Stage, key: str) -> Flask:
 
     @page.get("/")
     def index() -> str:
-        names = [own.path.name for own in stage.shown]
+        names = [own.path.resolve().name for own in stage.shown]
         named = {"names": " and ".join(names), "face": stage.face_name}
         return render_template("preview.html", two=len(names) > 1, **named)
 

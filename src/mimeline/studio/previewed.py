@@ -62,9 +62,10 @@ def previewed(paths: Sequence[Path], options: Options, reading: Reading) -> list
             found[number] = _of_timelines(path, reading, beside)
         else:
             motion = motion_files.read(path, options)
-            if not motion.moved:
-                raise _nothing(path, "a motion without a number in any channel")
-            found[number] = Previewed(path, [Clip(path.name, motion)])
+            if not motion.moved or not motion.fps:
+                lacking = "a number in any channel" if motion.fps else "a frame rate"
+                raise _nothing(path, f"a motion without {lacking}")
+            found[number] = Previewed(path, [Clip(path.resolve().name, motion)])
     return [found[number] for number in range(len(paths))]
 
 

@@ -90,6 +90,7 @@ def still(new_tabs) -> Tabs:
 
 def test_what_three_js_draws_is_what_the_face_is_posed_to(still, side_by_side, previewed_once):
     shown = PreviewPage(still, side_by_side)
+    assert shown.frames() == [0, 0]  # nothing plays by itself where motion is unwanted
     face, motion = load_face(None), files.read(previewed_once.glb, options())
     posed = perform(face, motion.frames)
     for frame in (0, 17, 42):
