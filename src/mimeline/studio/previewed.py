@@ -12,7 +12,7 @@ from mimeline.face.load import load_face
 from mimeline.face.model import Face
 from mimeline.face.motion import driver
 from mimeline.inspection.options import Options
-from mimeline.inspection.recognise import recognised
+from mimeline.inspection.recognise import format_of, recognised
 from mimeline.motion import files as motion_files
 from mimeline.motion.acted import acted
 from mimeline.motion.motion import Motion
@@ -23,6 +23,7 @@ from mimeline.timeline.formats.csv_file import NEEDED
 
 EXPECTED = "a motion, a tracking result, or timelines"
 REMEDY = "`mimeline inspect` says what it is; docs/preview.md what can be shown."
+OURS = (".glb", ".npz", ".parquet")  # of motion, whoever wrote it
 LOOKED_AT = 2**20  # bytes of a JSON, in which the word `tracks` stands where it is of timelines
 CUT_SHORT = "The file does not tell how long the clip is: it is shown up to its last action."
 
@@ -61,6 +62,12 @@ def previewed(paths: Sequence[Path], options: Options, reading: Reading) -> list
             beside = next((own.clips[0].motion for own in found.values()), None)
             found[number] = _of_timelines(path, reading, beside)
         else:
+            if (
+                path.exists()
+                and path.suffix.casefold() not in OURS
+                and not format_of(path, options)
+            ):
+                raise _nothing(path, "nothing that moves a face or tells what one does")
             motion = motion_files.read(path, options)
             if not motion.moved or not motion.fps:
                 lacking = "a number in any channel" if motion.fps else "a frame rate"
