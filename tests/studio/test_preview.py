@@ -1,5 +1,4 @@
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +10,8 @@ from mimeline.exchange.reading import Reading
 from mimeline.face import glb
 from mimeline.face.load import load_face
 from mimeline.inspection import options
-from mimeline.studio import previewed as previewed_module
 from mimeline.studio.preview import Stage, preview
-from mimeline.studio.previewed import CUT_SHORT, face_to_show, previewed
+from mimeline.studio.previewed import CUT_SHORT, previewed
 from mimeline.studio.server import HEADERS
 from mimeline.timeline import files as timelines
 
@@ -143,14 +141,6 @@ def test_a_timeline_of_no_frames_is_nothing_to_show(tmp_path):
     timelines.write(empty, path)
     with pytest.raises(BadFile, match="no frames"):
         opened(path)
-
-
-def test_a_face_that_no_channel_moves_is_refused(monkeypatch):
-    face = load_face(None)
-    nameless = replace(face, shape_names=[f"exp{n:03}" for n in range(len(face.shape_names))])
-    monkeypatch.setattr(previewed_module, "load_face", lambda path: nameless)
-    with pytest.raises(BadFile, match=r"flame\.pkl: found no shape.*ARKit.*--face"):
-        face_to_show(Path("flame.pkl"))
 
 
 def test_the_manual_names_every_option_and_key(client):

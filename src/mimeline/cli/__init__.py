@@ -67,13 +67,14 @@ def _parser() -> argparse.ArgumentParser:
         help="a key of section ingest, such as fps=25, angle_unit=degrees or bad_values=mask; "
         "may be repeated",
     )
-    that_draws = argparse.ArgumentParser(add_help=False)
-    that_draws.add_argument(
+    on_a_face = argparse.ArgumentParser(add_help=False)
+    on_a_face.add_argument(
         "--face",
         metavar="PATH",
         type=Path,
         help="a face model with ARKit's shapes, such as ICT-FaceKit's; without it our own",
     )
+    that_draws = argparse.ArgumentParser(add_help=False, parents=[on_a_face])
     that_draws.add_argument("--overwrite", action="store_true", help="replace what is there")
 
     config = commands.add_parser(
@@ -147,7 +148,7 @@ def _parser() -> argparse.ArgumentParser:
 
     preview = commands.add_parser(
         "preview",
-        parents=[as_taken, with_a_page],
+        parents=[as_taken, on_a_face, with_a_page],
         help="see a motion or a timeline in a browser, on a face that can be turned",
         description="Serve a page on this machine alone that shows a motion (.csv, .glb, .npz, "
         ".parquet, any tracking result), or what a timeline says (.json, .csv, .vtt, .eaf, "
@@ -156,7 +157,6 @@ def _parser() -> argparse.ArgumentParser:
     )
     preview.add_argument("file", metavar="FILE", type=Path, help="a motion, or timelines")
     preview.add_argument("other", metavar="OTHER", type=Path, nargs="?", help="to compare it with")
-    preview.add_argument("--face", type=Path, help="a face model with ARKit's shapes")
     preview.add_argument("--clip", metavar="ID", help="of a file of timelines, the one shown first")
     preview.add_argument("--fps", help="of timelines that do not tell it: 25, 29.97, 30000/1001")
     preview.add_argument(

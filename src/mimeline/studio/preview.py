@@ -13,13 +13,14 @@ from flask import Blueprint, Flask, Response, abort, render_template
 
 from mimeline.exchange.reading import Reading
 from mimeline.face import gltf
+from mimeline.face.load import load_driven_face
 from mimeline.face.model import Face
 from mimeline.face.render import DISTANCE, extent
 from mimeline.inspection.options import Options
 from mimeline.motion.formats import scene
 from mimeline.studio import server
 from mimeline.studio.preview_facts import told
-from mimeline.studio.previewed import Clip, Previewed, face_to_show, previewed
+from mimeline.studio.previewed import Clip, Previewed, previewed
 from mimeline.studio.review import TELL
 
 KEPT = 6  # moving faces: of a file of many clips, those that were looked at last
@@ -74,9 +75,9 @@ def serve(
 
     paths: one file, or two to be seen side by side. face: None for the embedded one. options,
     reading: how they are read, see `previewed`. port: 0 for any.
-    Raises what `previewed` and `face_to_show` do; PortTaken.
+    Raises what `previewed` and `load_driven_face` do; PortTaken.
     """
-    actor, shown = face_to_show(face), previewed(paths, options, reading)
+    actor, shown = load_driven_face(face), previewed(paths, options, reading)
     with tempfile.TemporaryDirectory(prefix="mimeline-preview-") as folder:
         stage = Stage(shown, actor, Path(face).name if face else EMBEDDED, Path(folder))
         server.serve(lambda key: preview(stage, key), port, open_browser, say)

@@ -8,9 +8,6 @@ from pathlib import Path
 
 from mimeline.errors import BadFile, unreadable
 from mimeline.exchange.reading import Reading
-from mimeline.face.load import load_face
-from mimeline.face.model import Face
-from mimeline.face.motion import driver
 from mimeline.inspection.options import Options
 from mimeline.inspection.recognise import format_of, recognised
 from mimeline.motion import files as motion_files
@@ -74,19 +71,6 @@ def previewed(paths: Sequence[Path], options: Options, reading: Reading) -> list
                 raise _nothing(path, f"a motion without {lacking}")
             found[number] = Previewed(path, [Clip(path.resolve().name, motion)])
     return [found[number] for number in range(len(paths))]
-
-
-def face_to_show(path: Path | None) -> Face:
-    """The face at path, None: the embedded one. Raises BadFile where no channel can move it."""
-    face = load_face(path)
-    if not any(driver(name) for name in face.shape_names):
-        raise BadFile(
-            path,
-            found="no shape that bears the name of a channel",
-            expected="a face with ARKit's shapes, such as ICT-FaceKit",
-            remedy="Leave --face out for the embedded face; docs/face.md has what others need.",
-        )
-    return face
 
 
 def holds_timelines(path: Path, options: Options) -> bool:

@@ -12,7 +12,7 @@ from scipy.sparse import csc_matrix
 
 from mimeline.errors import BadFile
 from mimeline.face.formats import flame
-from mimeline.face.load import load_face
+from mimeline.face.load import load_driven_face, load_face
 from mimeline.face.motion import perform
 from mimeline.face.rotations import turned
 
@@ -58,6 +58,12 @@ def test_flame_has_identities_expressions_and_five_joints(face):
     arrays = published()
     np.testing.assert_allclose(face.shapes[7], arrays["shapedirs"][..., 307], rtol=1e-6)
     np.testing.assert_allclose([j.centre for j in face.joints], arrays["J"], atol=1e-6)
+
+
+def test_channels_do_not_drive_flame(tmp_path):
+    np.savez(tmp_path / "flame.npz", **published())
+    with pytest.raises(BadFile, match=r"flame\.npz: found .* 100 shapes \(exp000.*leave it out"):
+        load_driven_face(tmp_path / "flame.npz")
 
 
 def test_flame_moves_as_its_authors_describe(face):

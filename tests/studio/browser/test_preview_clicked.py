@@ -3,6 +3,7 @@
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from mimeline.motion import files
 from mimeline.studio import server
 from mimeline.studio.preview import Stage, preview
 from mimeline.studio.previewed import previewed
+from mimeline.vocabulary import CHANNELS
 
 from ..previewed_files import FPS, FRAMES, HOSTILE, INVALID, TRACKED_FPS
 from .tabs import Tabs, take_picture, until
@@ -162,6 +164,21 @@ def test_tracks_are_scrubbed_and_say_what_is_asked(still, side_by_side):
     expect(page.locator(".pane").first.locator(".channel", has_text="tongueOut")).to_contain_text(
         "not made"
     )
+
+
+def test_a_frame_between_lost_ones_has_a_stroke_as_long_as_it_is(still, previewed_once, tmp_path):
+    frames = previewed_once.motion.frames.copy()
+    lost = frames.index.to_series().isin([4, 6])
+    frames.loc[lost, [*CHANNELS]] = np.float32(np.nan)
+    frames["valid"] = ~lost
+    moved = replace(previewed_once.motion, frames=frames, timeline=None)
+    files.write(moved, tmp_path / "holes.npz", load_face(None))
+    with serving(tmp_path, tmp_path / "holes.npz") as address:
+        shown = PreviewPage(still, address)
+        drawn = shown.page.locator(".curve path:not(.zero)").first.get_attribute("d")
+    strokes = drawn.split("M")[1:]
+    assert len(strokes) == 3 and strokes[1].endswith(f"H{6 / float(FPS):.3f}")
+    assert strokes[1].startswith(f"{5 / float(FPS):.3f} ")
 
 
 def test_a_timeline_alone_is_acted_and_its_clips_are_chosen_from(still, previewed_once, tmp_path):

@@ -67,10 +67,15 @@ export class Tracks {
     const top = unit ? Math.max(10, ...known.map(Math.abs)) : Math.max(1, ...known);
     const bottom = unit ? -top : Math.min(0, ...known);
     const path = document.createElementNS(SVG, "path");
-    let drawn = "", pen = "M";
+    const isKnown = (at) => typeof values[at] === "number";
+    let drawn = "";
     values.forEach((value, at) => {
-      if (value !== null) drawn += `${pen}${((at + 0.5) / fps).toFixed(3)} ${((top - value) / (top - bottom)).toFixed(4)}`;
-      pen = value === null ? "M" : "L";
+      if (value === null) return;
+      const height = ((top - value) / (top - bottom)).toFixed(4);
+      const second = (frame) => (frame / fps).toFixed(3);
+      if (isKnown(at - 1)) drawn += `L${second(at + 0.5)} ${height}`;
+      else if (isKnown(at + 1)) drawn += `M${second(at + 0.5)} ${height}`;
+      else drawn += `M${second(at)} ${height}H${second(at + 1)}`; // alone: as long as its frame
     });
     path.setAttribute("d", drawn);
     const picture = document.createElementNS(SVG, "svg");
