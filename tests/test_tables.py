@@ -23,6 +23,14 @@ def test_an_empty_table_keeps_its_types_and_its_reason(tmp_path, table):
     assert tables.read(table, path).empty
 
 
+def test_what_else_is_to_be_known_of_a_table_travels_in_its_file(tmp_path):
+    path = tmp_path / "t.parquet"
+    tables.write(tables.LEDGER, tables.empty(tables.LEDGER), path, about='{"fps": "30"} \u00e9')
+    assert tables.about(path) == '{"fps": "30"} \u00e9' and tables.reason(path) == ""
+    tables.write(tables.LEDGER, tables.empty(tables.LEDGER), path)
+    assert tables.about(path) == ""
+
+
 marks = st.lists(
     st.tuples(
         st.sampled_from(["a", "-b", "c_0"]),

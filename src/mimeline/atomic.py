@@ -41,5 +41,7 @@ def whole_folder(path: str | Path) -> Iterator[Path]:
             path.replace(old)
         temporary.replace(path)
     finally:
+        if old.exists() and not path.exists():
+            old.replace(path)
         shutil.rmtree(temporary, ignore_errors=True)
         shutil.rmtree(old, ignore_errors=True)

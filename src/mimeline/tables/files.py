@@ -140,7 +140,7 @@ def about(path: str | Path) -> str:
 
 def _note(path: str | Path, key: str) -> str:
     metadata = pq.read_schema(path).metadata or {}
-    return metadata.get(key.encode(), b"").decode()
+    return metadata.get(key.encode(), b"").decode(errors="replace")
 
 
 def _to_pandas(arrow: pa.Table) -> pd.DataFrame:
