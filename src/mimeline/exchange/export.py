@@ -7,6 +7,7 @@ from pathlib import Path
 
 from mimeline import tables
 from mimeline.annotation.timelines import timelines_of
+from mimeline.clips.media_of_run import files_of
 from mimeline.errors import NoSuchFile
 from mimeline.exchange.conversion import Written, write_each
 from mimeline.inspection.asked import meant
@@ -14,7 +15,6 @@ from mimeline.inspection.left_behind import decisions, rows_of
 from mimeline.inspection.remedies import DEFAULT, named
 from mimeline.reporting import words
 from mimeline.run import recall
-from mimeline.studio.clips_of_run import files_of
 from mimeline.timeline import files
 
 

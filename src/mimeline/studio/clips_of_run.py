@@ -7,11 +7,10 @@ import pandas as pd
 
 from mimeline import tables
 from mimeline.clips.description.stretches import is_untimed
+from mimeline.clips.media_of_run import KINDS, files_of
 from mimeline.errors import NoSuchFile
 from mimeline.reporting import words
 from mimeline.reporting.funnel import STAGES
-
-KINDS = {"film": "media", "sound": "audio"}  # of files → the column that names them
 
 
 class ClipsOfRun:
@@ -92,19 +91,6 @@ class ClipsOfRun:
             yield row
             if row.status != "kept":
                 return
-
-
-def files_of(results: Path, kind: str) -> dict[str, Path]:
-    """Clip → its film or sound, of those that are there, wherever the results were moved since."""
-    found = {}
-    for table in results.glob("fetch/*/clips.parquet"):
-        folder = table.with_name("media")
-        there = {p.name: p for p in folder.iterdir()} if folder.is_dir() else {}
-        named = tables.read(tables.CLIPS, table, ["clip_id", KINDS[kind]]).dropna()
-        for clip_id, path in named.itertuples(index=False):
-            if (name := Path(path).name) in there:
-                found[clip_id] = there[name]
-    return found
 
 
 def _pairs(lost: pd.DataFrame) -> Iterable[tuple]:

@@ -13,10 +13,10 @@ import pyarrow.parquet as pq
 
 from mimeline import tables
 from mimeline.annotation.fitted import is_fitted, read_channels, read_fingerprint
+from mimeline.clips.media_of_run import files_of
 from mimeline.errors import BadFile, MimelineError, NoSuchFile
 from mimeline.reporting.clusters import CONTEXT_FRAMES, CONTEXT_SHARE, scale_end
 from mimeline.run import recall
-from mimeline.studio.clips_of_run import files_of
 from mimeline.studio.watched import stamp
 from mimeline.vocabulary import SERIES_REGIONS, series_channels
 

@@ -10,9 +10,9 @@ import pandas as pd
 
 from mimeline import tables
 from mimeline.annotation.timelines import read_truth
+from mimeline.clips.media_of_run import files_of
 from mimeline.errors import BadFile, NoSuchFile
 from mimeline.run import recall
-from mimeline.studio.clips_of_run import files_of
 from mimeline.studio.watched import stamp
 from mimeline.vocabulary import CHANNELS
 
