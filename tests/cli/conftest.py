@@ -14,21 +14,13 @@ from mimeline.tracking.take import Origin
 from mimeline.training import checkpoint as checkpoints
 from mimeline.training.loop import Run
 
+from ..tiny import ARCHITECTURE
+
 WINDOW, FPS = 32, Fraction(25)
 CHANNELS = ("browInnerUp", "mouthSmileLeft", "mouthSmileRight", "head_yaw_left")
 ORIGINS = {
     "browInnerUp": Origin("column BrowInnerUp"),
     "mouthSmileLeft": Origin("expression through a face", quality=0.3),
-}
-ARCHITECTURE = {
-    "width": 16,
-    "heads": 2,
-    "base_layers": 1,
-    "branch_layers": 1,
-    "branches": "halves",
-    "timeline_tokens": "initial",
-    "schedule": "cosine",
-    "diffusion_steps": 50,
 }
 
 

@@ -15,16 +15,7 @@ from mimeline.toy.world import simulate
 from mimeline.training import checkpoint as checkpoints
 from mimeline.training.loop import Run
 
-ARCHITECTURE = {
-    "width": 16,
-    "heads": 2,
-    "base_layers": 1,
-    "branch_layers": 1,
-    "branches": "halves",
-    "timeline_tokens": "initial",
-    "schedule": "cosine",
-    "diffusion_steps": 100,
-}
+from ..tiny import ARCHITECTURE
 
 
 @dataclass(frozen=True)

@@ -14,17 +14,9 @@ from mimeline.training.lesson import Lesson, square_error
 from mimeline.training.timeline import noised
 from mimeline.vocabulary import ACTIONS
 
+from ..tiny import ARCHITECTURE
+
 CHANNEL_NAMES = ("browInnerUp", "jawOpen", "head_yaw_left")
-SHAPE = {
-    "width": 16,
-    "heads": 2,
-    "base_layers": 1,
-    "branch_layers": 1,
-    "branches": "halves",
-    "timeline_tokens": "initial",
-    "schedule": "cosine",
-    "diffusion_steps": 100,
-}
 
 
 @pytest.fixture
@@ -61,7 +53,9 @@ def test_the_loss_is_the_mean_over_what_was_measured(batch):
 
 
 def test_the_losses_of_the_parts_of_a_lesson_add_up_to_its_own(batch):
-    model = TimelineModel(CHANNEL_NAMES, **SHAPE).initialise(torch.Generator().manual_seed(3))
+    model = TimelineModel(CHANNEL_NAMES, **ARCHITECTURE).initialise(
+        torch.Generator().manual_seed(3)
+    )
     lesson, cpu = told(batch), torch.device("cpu")
     parts = [lesson.part(number, 2, cpu) for number in range(2)]
     assert [part.clip_ids for part in parts] == [("a",), ("b",)]
