@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
+from mimeline.directions.times import MOST_SECONDS
 from mimeline.timeline.checks import judge
 from mimeline.timeline.clock import nearest_frame
 from mimeline.timeline.draft import Draft, DraftInterval, nearest, shown
@@ -16,7 +17,6 @@ from mimeline.timeline.timeline import SIDES, Timeline
 from mimeline.vocabulary import ACTIONS, NEUTRAL, TRACKS
 
 MOST_INTERVALS = 500
-MOST_SECONDS = 600
 NUMBER = re.compile(
     r"\s*(\d{1,6}(?:\.\d{1,9})?)\s*(?:s|sec|secs|second|seconds)?\s*", re.IGNORECASE
 )

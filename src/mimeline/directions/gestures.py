@@ -2,13 +2,13 @@
 
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
 import yaml
 
-from mimeline.vocabulary import resource
+from mimeline.vocabulary import ACTIONS, resource
 
 WAYS = ("left", "right", "up", "down")
 WAY = "{way}"
@@ -18,13 +18,15 @@ IRREGULAR = {
     "leftwards": "left", "rightward": "right", "rightwards": "right",
 }  # fmt: skip
 VOWELS = "aeiou"
+KINDS = ("gestures", "feelings", "rests")  # sections of the resource
 
 
 @dataclass(frozen=True)
 class Gesture:
     """words: what it was called. steps: actions that follow each other, each step's together.
     seconds: of a step, None where any do. times: how often, where nobody says. side: the subject's,
-    None: both. family: what a way that is said alone goes on with, "Gaze" or "Head"."""
+    None: both. family: what a way that is said alone goes on with, "Gaze" or "Head"; goes_on: this
+    is such a way. A rest has steps without actions."""
 
     words: str
     steps: tuple[tuple[str, ...], ...]
@@ -32,6 +34,20 @@ class Gesture:
     side: str | None
     times: int = 1
     family: str | None = None
+    goes_on: bool = False
+
+    def excludes(self, other: "Gesture") -> bool:
+        """Whether both cannot be done at once: they have actions of one track, and of one side."""
+        tracks = [
+            {ACTIONS[action].track for step in own.steps for action in step}
+            for own in (self, other)
+        ]
+        apart = self.side and other.side and self.side != other.side
+        return bool(tracks[0] & tracks[1]) and not apart
+
+    def then(self, other: "Gesture") -> "Gesture":
+        """Both as one, the other after this."""
+        return replace(other, words=f"{self.words} {other.words}", steps=self.steps + other.steps)
 
 
 def matched(words: Sequence[str], before: Gesture | None) -> tuple[list[Gesture], list[str]]:
@@ -50,7 +66,7 @@ def matched(words: Sequence[str], before: Gesture | None) -> tuple[list[Gesture]
             found.append(known.said(match))
             at += len(match[0].split())
         elif words[at] in WAYS and (last := found[-1] if found else before) and last.family:
-            found.append(_turned(last.family, [words[at]], words[at]))
+            found.append(replace(_turned(last.family, [words[at]], words[at]), goes_on=True))
             at += 1
         else:
             unknown.append(words[at])
@@ -64,17 +80,17 @@ class _Known:
     seconds: Fraction | None
     side: str | None
     times: int
-    together: bool  # a feeling: its actions go together
+    together: bool  # a feeling or a rest: its actions, if any, go together
 
     def said(self, match: re.Match) -> Gesture:
         groups = match.groupdict()
         side = groups.get("side") or self.side
-        if WAY in self.do[0]:
+        if self.do and WAY in self.do[0]:
             ways = [groups["way"], *filter(None, [groups.get("way2")])]
             return _turned(self.do[0].removesuffix(WAY), ways, match[0])
         steps = (self.do,) if self.together else tuple((action,) for action in self.do)
-        family = self.do[0].removesuffix("Up").removesuffix("Down")
-        family = family if family in ("Gaze", "Head") and len(self.do) == 1 else None
+        family = self.do[0].removesuffix("Up").removesuffix("Down") if len(self.do) == 1 else None
+        family = family if family in ("Gaze", "Head") else None
         return Gesture(match[0], steps, self.seconds, side, self.times, family)
 
 
@@ -107,7 +123,12 @@ def _read() -> dict[str, Any]:
 
 _TOLD = _read()
 TIMING: dict[str, Fraction] = {name: Fraction(str(s)) for name, s in _TOLD["timing"].items()}
-FILLERS: frozenset[str] = frozenset(_TOLD["fillers"].split())
+FILLERS: frozenset[str] = frozenset(_TOLD["fillers"].split()) | {
+    form for verb in _TOLD["filler_verbs"].split() for form in _forms(verb)
+}
+UNSAYABLE: dict[str, str] = {
+    word: own["because"] for own in _TOLD["unsayable"] for word in own["words"].split()
+}
 _PATTERNS: list[tuple[re.Pattern, _Known]] = [
     (
         _pattern(said),
@@ -116,16 +137,17 @@ _PATTERNS: list[tuple[re.Pattern, _Known]] = [
             Fraction(str(own["seconds"])) if "seconds" in own else None,
             own.get("side"),
             own.get("times", 1),
-            kind == "feelings",
+            kind != "gestures",
         ),
     )
-    for kind in ("gestures", "feelings")
+    for kind in KINDS
     for own in _TOLD[kind]
     for said in own["say"].split(", ")
 ]
 _WORDS = {
     word
-    for own in (*_TOLD["gestures"], *_TOLD["feelings"])
+    for kind in KINDS
+    for own in _TOLD[kind]
     for word in re.findall(r"(?<![{\w])[a-z]+(?![}\w])", own["say"])
 }
 PLAIN: dict[str, str] = (

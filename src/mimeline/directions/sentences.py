@@ -10,8 +10,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
-from mimeline.directions.gestures import FILLERS, PLAIN, TIMING, Gesture, matched
-from mimeline.directions.times import When, taken
+from mimeline.directions.gestures import FILLERS, PLAIN, TIMING, UNSAYABLE, Gesture, matched
+from mimeline.directions.times import MOST_SECONDS, When, taken
 from mimeline.errors import MimelineError
 from mimeline.timeline.checks import judge
 from mimeline.timeline.clock import nearest_frame
@@ -20,14 +20,21 @@ from mimeline.timeline.timeline import Timeline
 from mimeline.vocabulary import TRACKS
 
 MOST_CHARACTERS = 2000
-WORD = re.compile(r"\d+(?:\.\d+)?|[^\W\d_]+(?:'[a-z]+)?|[.,;:!?-]")
-AFTER = {".", ";", "!", "?", ":", "then", "afterwards", "next", "finally", "before"}
-TOGETHER = {"and", "while", "as", "meanwhile", "simultaneously"}
+WORD = re.compile(r"\d+(?:\.\d+)?|[^\W\d_]+(?:'[a-z]+)?|\S")
+QUOTES = str.maketrans("’–—", "'--", '"“”„«»()[]*')  # and brackets, which say nothing
+ENDS = {".", ";", "!", "?", ":"}
+AFTER = ENDS | {"then", "afterwards", "next", "finally", "before"}
+DURING = {"while", "as"}
+MEANWHILE = {"meanwhile", "simultaneously"}
+TOGETHER = DURING | MEANWHILE | {"and", "but", "&", "+"}
 SAID_OTHERWISE = (
     ("after that", "then"),
     ("followed by", "then"),
     ("at the same time", "meanwhile"),
     ("as well", ""),
+    ("an eyebrow", "one brow"),
+    ("a brow", "one brow"),
+    ("an eye", "one eye"),
 )
 NOTHING = When()
 EXAMPLE = '"smile from 1 s to 2 s, then look left"'
@@ -50,11 +57,27 @@ class Heard:
 
 @dataclass
 class _Part:
-    """Gestures that go together over one time. raw: the first word as it was said."""
+    """Gestures that go together over one time. participle: as in "smile, squinting"."""
 
     gestures: list[Gesture] = field(default_factory=list)
     when: When = NOTHING
-    raw: str = ""
+    participle: bool = False
+
+    def turns_from(self, last: "_Part") -> bool:
+        """Whether it is the way back of what came last, as in "look left and right twice"."""
+        one = self.gestures[0] if len(self.gestures) == 1 else None
+        return one is not None and one.goes_on and one.excludes(last.gestures[-1])
+
+
+@dataclass(frozen=True)
+class _Step:
+    """Actions of a gesture from start to end, seconds. open: nobody says when it ends."""
+
+    gesture: Gesture
+    actions: tuple[str, ...]
+    start: Fraction
+    end: Fraction
+    open: bool
 
 
 def read(
@@ -69,16 +92,17 @@ def read(
     groups = _groups(text, fps)
     length = None if n_frames is None else n_frames / fps
     if length is None:
-        laid = [*_laid(groups, None)]
-        last = max(end for *_, end in laid)
+        last = max(step.end for step in _laid(groups, None))
         open_end = any(part.when.until_end for group in groups for part in group)
         length = last if open_end else last + TIMING["after"]
+    if length > MOST_SECONDS:
+        raise _refused(f"a clip of {float(length):g} s", f"{MOST_SECONDS} s at most")
     n_frames = max(1, nearest_frame(length, fps)) if n_frames is None else n_frames
     heard = [
-        Heard(
-            gesture.words, action, nearest_frame(start, fps), nearest_frame(end, fps), gesture.side
-        )
-        for gesture, action, start, end in _laid(groups, length)
+        Heard(step.gesture.words, action, *frames, step.gesture.side)
+        for step in _laid(groups, length)
+        for frames in [(nearest_frame(step.start, fps), nearest_frame(step.end, fps))]
+        for action in step.actions
     ]
     drafts = tuple(
         DraftInterval(f'"{own.words}"', None, own.action, own.start, own.end, own.side)
@@ -100,57 +124,72 @@ def read(
 
 def _groups(text: str, fps: Fraction) -> list[list[_Part]]:
     """Gestures in their order: groups that follow each other, of parts that go together."""
-    words = WORD.findall(" ".join(text.lower().replace("’", "'").replace("–", "-").split()))
-    if not any(word[0].isalnum() for word in words):
-        raise _refused("an empty text", "a sentence")
     if len(text) > MOST_CHARACTERS:
         raise _refused(f"{len(text)} characters", f"{MOST_CHARACTERS} at most")
+    words = WORD.findall(" ".join(text.lower().translate(QUOTES).split()))
+    if not any(word[0].isalnum() for word in words):
+        raise _refused("an empty text", "a sentence")
     told, times = taken(" ".join(words), fps)
     for said, meant in SAID_OTHERWISE:
         told = re.sub(rf"\b{said}\b", meant, told)
     groups: list[list[_Part]] = [[]]
     unknown: list[str] = []
-    waiting = NOTHING
+    waiting = NOTHING  # said before what it is said of
     for mark, own in _clauses(told.split()):
-        part, strange = _part(own, times, _last_gesture(groups))
+        last = groups[-1][-1] if groups[-1] else None
+        part, strange = _part(own, times, last.gestures[-1] if last else None)
         unknown += strange
-        if mark == "after" or (mark == "," and not part.raw.endswith("ing")):
-            groups.append([])
-        if part.gestures:
-            part.when = _joined(part.when, waiting)
-            waiting = NOTHING
-            groups[-1].append(part)
-        elif groups[-1]:
-            groups[-1][-1].when = _joined(groups[-1][-1].when, part.when)
+        if not part.gestures:
+            if last and mark != "after" and part.when.start is None:
+                last.when = _joined(last.when, part.when)
+            else:
+                waiting = _joined(waiting, part.when)
+        elif last and mark == "and" and part.turns_from(last) and last.when == NOTHING:
+            last.gestures[-1] = last.gestures[-1].then(part.gestures[0])
+            last.when = part.when
         else:
-            waiting = _joined(waiting, part.when)
-    groups = [group for group in groups if group]
+            part.when, waiting = _joined(part.when, waiting), NOTHING
+            listed = mark == "," and not part.participle
+            if last and (mark == "after" or listed or part.turns_from(last)):
+                groups.append([])
+            groups[-1].append(part)
     if unknown:
         raise _unknown(unknown)
-    if not groups:
+    if not groups[0]:
         raise _refused(f'no action in "{text.strip()}"', "at least one")
+    groups[-1][-1].when = _joined(groups[-1][-1].when, waiting)
     return groups
 
 
 def _clauses(words: Sequence[str]) -> Iterator[tuple[str, list[str]]]:
-    """Words between those that join them, each after how it follows: "after", "," or "and"."""
-    mark, own = "and", []
-    for word in words:
-        joint = (
-            "after" if word in AFTER else "and" if word in TOGETHER else word if word == "," else ""
-        )
+    """Words between those that join them, each after how it follows: "after", "," or "and".
+
+    What goes along with what comes after a comma ("while smiling, she looks left") is told by
+    "and".
+    """
+    mark, own, during = "after", [], False
+    for word in [*words, "."]:
+        joint = _joint(word, bool(own) or mark != "after")
         if not joint:
             own.append(word)
             continue
         if own:
             yield mark, own
-            mark, own = joint, []
-        elif (
-            joint == "after" or mark == "and" or (joint == "and" and mark == ",")
-        ):  # ", then" follows; ", and" goes together
-            mark = joint
-    if own:
-        yield mark, own
+            along = mark == "after" and (during or own[0].endswith("ing"))
+            mark, own, during = "and" if along and joint == "," else joint, [], False
+        elif joint == "after" or word in MEANWHILE or (joint == "and" and mark == ","):
+            mark = joint  # ", then" follows; ", and" goes together
+        during = during or word in DURING
+
+
+def _joint(word: str, goes_on: bool) -> str:
+    """How what comes after a word follows what came before it; empty where it joins nothing.
+
+    goes_on: something came before, in this sentence or this clause.
+    """
+    if word == "before" and not goes_on:
+        return ""  # "before smiling, ..." is the other way round
+    return "after" if word in AFTER else "and" if word in TOGETHER else word if word == "," else ""
 
 
 def _part(
@@ -165,12 +204,7 @@ def _part(
     plain = [PLAIN.get(word, word) for word in own]
     plain = [word for word in plain if word not in FILLERS and word != "-"]
     gestures, unknown = matched(plain, before)
-    return _Part(gestures, when, own[0] if own else ""), unknown
-
-
-def _last_gesture(groups: Sequence[Sequence[_Part]]) -> Gesture | None:
-    parts = [part for group in groups for part in group]
-    return parts[-1].gestures[-1] if parts else None
+    return _Part(gestures, when, bool(own) and own[0].endswith("ing")), unknown
 
 
 def _joined(a: When, b: When) -> When:
@@ -180,38 +214,43 @@ def _joined(a: When, b: When) -> When:
     return both
 
 
-def _laid(
-    groups: Sequence[Sequence[_Part]], length: Fraction | None
-) -> Iterator[tuple[Gesture, str, Fraction, Fraction]]:
-    """Each gesture's actions with start and end, seconds. length: of the clip, None: not yet known.
+def _laid(groups: Sequence[Sequence[_Part]], length: Fraction | None) -> list[_Step]:
+    """Each gesture's steps. length: of the clip, None: not yet known.
 
-    Parts that do not say when go with the first of their group that does.
+    Parts that do not say when go with the first of their group that does. A step of which nobody
+    says when it ends does so where the next on its track begins.
     """
-    at = TIMING["before"]
+    at, steps = TIMING["before"], []
     for group in groups:
-        told = next((part.when for part in group if part.when != NOTHING), NOTHING)
-        ends = []
-        for part in group:
-            when = told if part.when == NOTHING else part.when
-            if part.when.times and part.when == When(times=part.when.times):
-                when = replace(told, times=part.when.times)
-            for gesture in part.gestures:
-                for action, start, end in _placed(gesture, when, at, length):
-                    ends.append(end)
-                    yield gesture, action, start, end
-        at = max(ends) + TIMING["pause"]
+        shared = next((w for part in group if (w := part.when.shared) != NOTHING), NOTHING)
+        own = [
+            step
+            for part in group
+            for gesture in part.gestures
+            for step in _placed(gesture, part.when.beside(shared), at, length)
+        ]
+        at = max(step.end for step in own) + TIMING["pause"]
+        steps += own
+    return [replace(step, end=_cut(step, steps)) if step.open else step for step in steps]
 
 
-def _placed(
-    gesture: Gesture, when: When, at: Fraction, length: Fraction | None
-) -> Iterator[tuple[str, Fraction, Fraction]]:
-    """A gesture's actions in time; at: where it begins where nobody says."""
+def _cut(step: _Step, steps: Sequence[_Step]) -> Fraction:
+    later = (
+        other.start
+        for other in steps
+        if step.start < other.start < step.end and other.gesture.excludes(step.gesture)
+    )
+    return min(later, default=step.end)
+
+
+def _placed(gesture: Gesture, when: When, at: Fraction, length: Fraction | None) -> Iterator[_Step]:
+    """A gesture's steps in time; at: where it begins where nobody says."""
     times = when.times or gesture.times
     n_steps = len(gesture.steps) * times
     own = gesture.seconds or TIMING["gesture"]
     pause = TIMING["pause"] if len(gesture.steps) == 1 else Fraction(0)
     natural = n_steps * own + (times - 1) * pause
-    lasts = when.lasts or natural
+    lasts = when.lasts or when.manner or natural
     if when.last is not None:
         start = (length or at + when.last) - when.last
         end = start + when.last
@@ -225,21 +264,22 @@ def _placed(
         if start is None:
             start = at if when.end is None else max(Fraction(0), when.end - lasts)
         end = start + lasts if when.end is None else when.end
-    scale = (end - start) / natural if natural else Fraction(1)
+    scale = (end - start) / natural
+    open_end = when.open and gesture.seconds is None and n_steps == 1
     moment = start
     for _ in range(times):
-        for step in gesture.steps:
-            for action in step:
-                yield action, moment, moment + own * scale
+        for actions in gesture.steps:
+            yield _Step(gesture, actions, moment, moment + own * scale, open_end)
             moment += own * scale
         moment += pause * scale
 
 
 def _unknown(words: Sequence[str]) -> NotUnderstood:
     listed = ", ".join(f'"{word}"' for word in dict.fromkeys(words))
+    because = next((UNSAYABLE[word] for word in words if word in UNSAYABLE), None)
     return NotUnderstood(
         "the text",
-        found=f"{listed}, which no simple sentence says",
+        found=f"{listed}, which no simple sentence says{f' ({because})' if because else ''}",
         expected=f"actions of the face, as in {EXAMPLE}",
         remedy="Say it by the 16 actions (docs/generate.md has the words), or name a language "
         "model that reads any text: --endpoint.",

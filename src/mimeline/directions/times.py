@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import count
 
@@ -20,6 +20,7 @@ NUMBERS = {
     "a few": Fraction(3),
 }
 BRIEF, LONG, SEVERAL = Fraction(3, 5), Fraction(3), 3  # seconds, seconds, times
+MOST_SECONDS = 600  # of a clip that is asked for in words
 
 NUMBER = rf"\d+(?:\.\d+)?|{'|'.join(sorted(NUMBERS, key=len, reverse=True))}"
 UNIT = r"milliseconds?|ms|seconds?|secs?|s|frames?|f"
@@ -30,7 +31,8 @@ class When:
     """What is said of time, in seconds from the clip's start; None: nothing.
 
     last: seconds before the clip's end at which it begins. until_end: it ends as the clip does.
-    times: how often it happens.
+    manner: how long it lasts by how it is done, where nobody says how long. times: how often it
+    happens. Both are an action's own; what else is said, those that go with it share.
     """
 
     start: Fraction | None = None
@@ -38,16 +40,38 @@ class When:
     lasts: Fraction | None = None
     last: Fraction | None = None
     until_end: bool = False
+    manner: Fraction | None = None
     times: int | None = None
+
+    @property
+    def shared(self) -> "When":
+        return replace(self, manner=None, times=None)
+
+    @property
+    def open(self) -> bool:
+        """Whether nothing says when it ends."""
+        return not (self.end or self.lasts or self.last or self.until_end or self.manner)
+
+    def beside(self, shared: "When") -> "When":
+        """What is said of an action and, where that is nothing, of what goes with it; one of which
+        only its length is said begins as that does."""
+        if self.shared == When():
+            return replace(shared, manner=self.manner, times=self.times)
+        if self.shared == When(lasts=self.lasts):
+            return replace(self, start=shared.start)
+        return self
 
     def joined(self, other: "When") -> "When | None":
         """What both say together; None where they say different things of the same."""
         said = {}
         for name in self.__dataclass_fields__:
             a, b = getattr(self, name), getattr(other, name)
-            if a and b and a != b:
+            if a == b or b is None or b is False:
+                said[name] = a
+            elif a is None or a is False:
+                said[name] = b
+            else:
                 return None
-            said[name] = a if a is not None and a is not False else b
         return When(**said)
 
 
@@ -74,20 +98,17 @@ def taken(text: str, fps: Fraction) -> tuple[str, dict[str, When]]:
 
 def _phrases() -> Iterator[tuple[re.Pattern, Callable[[re.Match, Fraction], When | None]]]:
     def phrase(text: str, meaning: Callable[[re.Match, Fraction], When | None]):
-        return re.compile(rf"(?<![\w@]){text}(?![\w@])"), meaning
+        return re.compile(rf"(?<![\w@.]){text}(?![\w@])"), meaning
 
     lead = r"(?:(?P<lead>from|between|during|in|over|starting at|beginning at) )?(?:the )?"
-    unit = r"(?:(?P<{0}>seconds?|frames?) )?"
-    yield phrase(
-        rf"{lead}{unit.format('u0')}(?P<a>{NUMBER})(?: ?(?P<ua>{UNIT}))? (?:to|until|till|and|-) "
-        rf"(?:the )?{unit.format('u1')}(?P<b>{NUMBER})(?: ?(?P<ub>{UNIT}))?",
-        _range,
-    )
-    few = rf"(?:(?P<a>{NUMBER}) )?(?P<ua>{UNIT})"
+    edge = rf"(?:(?P<u{{0}}>seconds?|frames?) )?(?P<{{0}}>{NUMBER})(?: (?P<{{0}}u>{UNIT}))?"
+    one = edge.format("a")
+    joint = r"(?P<joint>to|until|till|and|-) (?:the )?"
+    yield phrase(rf"{lead}{one} {joint}{edge.format('b')}", _range)
+    few = rf"(?:(?P<a>{NUMBER}) )?(?P<au>{UNIT})"
     yield phrase(rf"(?:for|in|during|within) the first {few}", _first)
     yield phrase(rf"(?:for|in|during|within) the last {few}", _last)
-    one = rf"{unit.format('u0')}(?P<a>{NUMBER})(?: ?(?P<ua>{UNIT}))?"
-    yield phrase(rf"(?:for|lasting)(?: about| around)? (?P<a>{NUMBER}) ?(?P<ua>{UNIT})", _lasts)
+    yield phrase(rf"(?:for|over|lasting)(?: about| around)? (?P<a>{NUMBER}) (?P<au>{UNIT})", _lasts)
     yield phrase(rf"(?:until|till|up to|ending at) {one}", _end)
     start = (
         rf"(?:at|after|from|starting at|starting from|beginning at) {one}(?: later| on| onwards?)?"
@@ -102,47 +123,64 @@ def _phrases() -> Iterator[tuple[re.Pattern, Callable[[re.Match, Fraction], When
     )
     first = r"(?:at|from|in) the (?:very )?(?:beginning|start)|immediately|right away"
     yield phrase(f"(?:{first})", lambda m, f: When(start=Fraction(0)))
-    moment = r"(?:for )?an? (?:brief |short )?(?:moment|instant)|briefly|quickly"
-    yield phrase(f"(?:{moment})", lambda m, f: When(lasts=BRIEF))
-    yield phrase(r"(?:slowly|for a (?:long )?(?:while|time))", lambda m, f: When(lasts=LONG))
+    moment = r"(?:for )?an? (?:brief |short )?(?:moment|instant)|briefly|quickly|brief|quick|short"
+    yield phrase(f"(?:{moment})", lambda m, f: When(manner=BRIEF))
+    yield phrase(r"(?:slowly|slow|for a (?:long )?(?:while|time))", lambda m, f: When(manner=LONG))
     yield phrase(r"(?:twice|two times)", lambda m, f: When(times=2))
     yield phrase(r"(?:repeatedly|several times|a few times)", lambda m, f: When(times=SEVERAL))
-    yield phrase(rf"(?P<a>{NUMBER}) times", lambda m, f: When(times=int(_number(m["a"]))))
+    yield phrase(rf"(?P<a>{NUMBER}) times", _times)
+    alone = "".join(rf"(?<!{w} )" for w in ("in", "within", "by", "every", "each", "and", ","))
+    yield phrase(rf"{alone}(?!an? (?:{UNIT})\b)(?P<a>{NUMBER}) (?P<au>{UNIT})", _lasts)
 
 
 def _range(match: re.Match, fps: Fraction) -> When | None:
-    before, after = match["u0"] or match["ua"], match["u1"] or match["ub"]
-    if not (before or after or match["lead"]):
+    units = [_unit(match, "a"), _unit(match, "b")]
+    joint_fits = match["joint"] != "and" or match["lead"] == "between"
+    if not joint_fits or not (any(units) or match["lead"]):
         return None
-    unit_a, unit_b = before or after or "s", after or before or "s"
-    return When(start=_seconds(match["a"], unit_a, fps), end=_seconds(match["b"], unit_b, fps))
+    if match.string[: match.start()].endswith("for "):  # 2 to 3 seconds long
+        return None
+    first, second = units[0] or units[1] or "s", units[1] or units[0] or "s"
+    return When(start=_seconds(match["a"], first, fps), end=_seconds(match["b"], second, fps))
 
 
 def _first(match: re.Match, fps: Fraction) -> When:
-    return When(start=Fraction(0), end=_seconds(match["a"] or "one", match["ua"], fps))
+    return When(start=Fraction(0), end=_seconds(match["a"] or "one", match["au"], fps))
 
 
 def _last(match: re.Match, fps: Fraction) -> When:
-    return When(last=_seconds(match["a"] or "one", match["ua"], fps), until_end=True)
+    return When(last=_seconds(match["a"] or "one", match["au"], fps), until_end=True)
 
 
 def _lasts(match: re.Match, fps: Fraction) -> When:
-    return When(lasts=_seconds(match["a"], match["ua"], fps))
+    return When(lasts=_seconds(match["a"], match["au"], fps))
 
 
 def _end(match: re.Match, fps: Fraction) -> When | None:
-    unit = match["u0"] or match["ua"]
-    return None if _wordy(match["a"], unit) else When(end=_seconds(match["a"], unit or "s", fps))
+    moment = _moment(match, fps)
+    return None if moment is None else When(end=moment)
 
 
 def _start(match: re.Match, fps: Fraction) -> When | None:
-    unit = match["u0"] or match["ua"]
-    return None if _wordy(match["a"], unit) else When(start=_seconds(match["a"], unit or "s", fps))
+    moment = _moment(match, fps)
+    return None if moment is None else When(start=moment)
 
 
-def _wordy(number: str, unit: str | None) -> bool:
-    """Whether a word that is a number only with a unit stands without: `at a`."""
-    return unit is None and not number[0].isdigit()
+def _times(match: re.Match, fps: Fraction) -> When | None:
+    times = _number(match["a"])
+    return When(times=int(times)) if times.denominator == 1 and times > 0 else None
+
+
+def _moment(match: re.Match, fps: Fraction) -> Fraction | None:
+    """In seconds; None for a word that is a number only with a unit and stands without: `at a`."""
+    unit = _unit(match, "a")
+    wordy = unit is None and not match["a"][0].isdigit()
+    return None if wordy else _seconds(match["a"], unit or "s", fps)
+
+
+def _unit(match: re.Match, number: str) -> str | None:
+    """What stands before the number (frame 10) or after it (10 frames)."""
+    return match[f"u{number}"] or match[f"{number}u"]
 
 
 def _seconds(number: str, unit: str, fps: Fraction) -> Fraction:
