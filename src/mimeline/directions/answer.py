@@ -138,12 +138,12 @@ def _seconds(value: object, repairs: list[str]) -> Fraction | None:
 
 def _framed(span: _Span, fps: Fraction, n_frames: int, repairs: list[str]) -> DraftInterval | None:
     start, end = (nearest_frame(second, fps) for second in (span.start, span.end))
+    if start >= n_frames:
+        repairs.append(f"{span.place} left out: it begins after the clip's end")
+        return None
     if end > n_frames:
         repairs.append(f"{span.place} cut at the clip's end")
     end = min(max(end, start + 1), n_frames)
-    if start >= end:
-        repairs.append(f"{span.place} left out: it begins after the clip's end")
-        return None
     return DraftInterval(span.place, None, span.action, start, end, span.side)
 
 

@@ -3,7 +3,7 @@
 import json
 import urllib.request
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from http.client import HTTPException
 from typing import Any
 from urllib.error import HTTPError, URLError
@@ -27,7 +27,7 @@ class Endpoint:
 
     address: str
     model: str
-    key: str = ""
+    key: str = field(default="", repr=False)
 
     def __post_init__(self):
         parts = urlsplit(self.address)
