@@ -11,6 +11,8 @@ from mimeline.motion import files
 from mimeline.timeline import files as timeline_files
 from mimeline.timeline.timeline import Interval, Timeline
 
+from ..directions.serving import chat, serving
+
 SENTENCE = "smile from 1 s to 2 s, then look left"
 SMILE = Timeline("me", Fraction(30), 45, {"mouth": [Interval("Smile", 10, 30)], "brow": []})
 
@@ -205,6 +207,22 @@ def test_what_an_editor_leaves_is_kept_where_it_cannot_be_used(generate, tmp_pat
     assert code == 1 and "Grin" in err
     (kept,) = tmp_path.glob("mimeline-*/timeline.txt")
     assert str(kept) in err and "Grin" in kept.read_text()
+
+
+def test_any_text_goes_to_the_endpoint_that_is_named(generate, tmp_path, monkeypatch):
+    monkeypatch.setenv("MIMELINE_API_KEY", "sk-secret")
+    asked = ("--text", "her youth comes back to her", "--language-model", "small")
+    smile = {"action": "smile", "start_s": 0.5, "end_s": 1}
+    with serving(chat("no"), chat({"seconds": 1.2, "actions": [smile]})) as served:
+        code, _, err = generate(*asked, "--endpoint", served.address, "-o", "a.npz")
+    assert code == 0, err
+    assert 'mended in the answer: action 1: "smile" taken for Smile' in err
+    assert "a, 1.2 s: Smile 0.52–1 s" in err and "sk-secret" not in err
+    assert served.asked[1][1]["Authorization"] == "Bearer sk-secret"
+    assert motion(tmp_path / "a.npz").made["text"] == asked[1]
+    code, _, err = generate(*asked, "--endpoint", served.address, "-o", "b.npz")
+    assert code == 1 and "no server that answers" in err and err.count("\n") == 1
+    assert not (tmp_path / "b.npz").exists()
 
 
 def test_an_editor_that_fails_is_told(generate, monkeypatch, tmp_path):
