@@ -96,6 +96,8 @@ def test_times_are_shared_and_counts_are_not():
 
 def test_an_action_without_a_length_gives_way_to_the_next_on_its_track():
     assert told("look right at 1 s, look left at 2 s") == "GazeRight 1-2, GazeLeft 2-3.5"
+    sides = "raise left brow at 1 s, raise right brow at 2 s"
+    assert told(sides) == "BrowUp left 1-2.5, BrowUp right 2-3.5"
     assert "GazeLeft" in refused("look right from 1 to 3 s, look left at 2 s")
 
 
