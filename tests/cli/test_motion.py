@@ -1,5 +1,6 @@
 from fractions import Fraction
 
+import cv2
 import numpy as np
 import pandas as pd
 import pytest
@@ -91,9 +92,13 @@ def test_a_take_goes_into_each_format_and_back(convert, take, tmp_path, target):
     )
 
 
-def test_frames_without_a_face_are_counted(convert, take):
+def test_frames_without_a_face_are_counted(convert, take, tmp_path):
     err = convert(take, "b.glb")[2]
     assert "38 frames at 30 per second, without the 2 that show no face" in err
+    assert "40 frames at 30 per second\n" in convert(take, "b.npz")[2]
+    err = convert(take, "b.mp4")[2]
+    assert "40 frames at 30 per second, pale in the 2 that show no face" in err
+    assert cv2.VideoCapture(str(tmp_path / "b.mp4")).get(cv2.CAP_PROP_FRAME_COUNT) == 40
 
 
 def test_another_rate_keeps_the_length(convert, take, tmp_path):

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from mimeline import tables
 from mimeline.errors import BadFile, MimelineError, NoSuchFile
 from mimeline.inspection.options import options
 from mimeline.motion import files
@@ -212,6 +213,19 @@ def test_arrays_that_do_not_fit_are_one_typed_error(tmp_path, how):
     with pytest.raises(BadFile) as caught:
         files.read(tmp_path / "a.npz", options())
     assert str(caught.value).startswith(str(tmp_path / "a.npz"))
+
+
+def test_a_run_s_table_of_several_clips_is_refused_with_how_to_take_one_out(moving, tmp_path):
+    rows = moving().frames.assign(clip_id="a")
+    both = pd.concat([rows, rows.assign(clip_id="b")])
+    for content, found in (
+        (both, "2 clips"),
+        (rows, "no frames per second"),
+        (rows[:0], "0 clips"),
+    ):
+        tables.write(tables.MOTION, content, tmp_path / "run.parquet")
+        with pytest.raises(BadFile, match=f"{found}.*motion export"):
+            files.read(tmp_path / "run.parquet", options())
 
 
 def test_a_table_without_a_rate_is_refused(moving, face, tmp_path):

@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from pathlib import Path
+from typing import Literal
 
 from mimeline.errors import BadFile, NoSuchFile, printable, unreadable
 from mimeline.face.model import Face
@@ -22,28 +23,31 @@ from mimeline.vocabulary import CHANNELS
 class Format:
     """A kind of file that motion is written to. program: what opens it.
 
-    draws: whether it shows a face, and then holds what that does rather than the numbers. gaps:
-    whether it says that a channel is not known; otherwise 0 stands there. write: motion, path, and
-    a face where it draws → what of the face it cannot say.
+    write: motion, path, and a face where it draws → what of the face it cannot say. faceless: what
+    becomes of frames in which no face was seen. draws: whether it shows a face, and then holds what
+    that does rather than the numbers. gaps: whether it says that a channel is not known; otherwise
+    0 stands there.
     """
 
     name: str
     ending: str
     program: str
-    draws: bool
-    gaps: bool
     write: Callable[..., tuple[str, ...] | None]
+    faceless: Literal["left out", "pale", "kept"]
+    draws: bool = False
+    gaps: bool = False
 
 
+LIVE_LINK, STILLS = "Unreal, Live Link Face tools", "programs without animation"
 FORMATS: dict[str, Format] = {
     form.name: form
     for form in (
-        Format("livelink", ".csv", "Unreal, Live Link Face tools", False, False, livelink.write),
-        Format("gltf", ".glb", "Blender, three.js, engines", True, False, scene.write),
-        Format("mp4", ".mp4", "any player", True, False, film.write),
-        Format("npz", ".npz", "numpy", False, True, arrays.write),
-        Format("parquet", ".parquet", "pandas, pyarrow, duckdb", False, True, table.write),
-        Format("obj", ".obj", "programs without animation", True, False, mesh_frames.write),
+        Format("livelink", ".csv", LIVE_LINK, livelink.write, "left out"),
+        Format("gltf", ".glb", "Blender, three.js, engines", scene.write, "left out", draws=True),
+        Format("mp4", ".mp4", "any player", film.write, "pale", draws=True),
+        Format("npz", ".npz", "numpy", arrays.write, "kept", gaps=True),
+        Format("parquet", ".parquet", "pandas, pyarrow, duckdb", table.write, "kept", gaps=True),
+        Format("obj", ".obj", STILLS, mesh_frames.write, "left out", draws=True),
     )
 }
 ENDINGS = tuple(form.ending for form in FORMATS.values())
@@ -61,12 +65,16 @@ class Written:
 
     def __str__(self) -> str:
         """One line."""
-        shown, frames = int(self.motion.frames["valid"].sum()), len(self.motion)
-        kept = frames if self.format.gaps else shown
-        text = f"wrote {self.path} (for {self.format.program}): {words.plural(kept, 'frame')}"
+        frames = len(self.motion)
+        faceless = frames - int(self.motion.frames["valid"].sum())
+        left_out = faceless if self.format.faceless == "left out" else 0
+        kept = words.plural(frames - left_out, "frame")
+        text = f"wrote {self.path} (for {self.format.program}): {kept}"
         text += f" at {float(self.motion.fps):g} per second"
-        if kept < frames:
-            text += f", without the {words.count(frames - kept)} that show no face"
+        if left_out:
+            text += f", without the {words.count(left_out)} that show no face"
+        elif faceless and self.format.faceless == "pale":
+            text += f", pale in the {words.count(faceless)} that show no face"
         moved = self.motion.moved
         rest = [name for name in CHANNELS if name not in moved]
         if rest and not self.format.gaps:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pyarrow as pa
+import pyarrow.parquet as pq
 
 from mimeline import tables
 from mimeline.errors import BadFile
@@ -20,24 +21,32 @@ def write(motion: Motion, path: Path) -> None:
 
 
 def holds(path: Path) -> bool:
-    """Whether a Parquet file is a motion of ours."""
+    """Whether a Parquet file is a `motion` table, of one clip or of a run's."""
     try:
-        return bool(tables.about(path))
+        return pq.read_schema(path).names == tables.MOTION.schema.names
     except (OSError, pa.ArrowException, UnicodeDecodeError):
         return False
 
 
 def read(path: Path) -> Motion:
-    """The motion of a file. Raises BadFile as tables.read does."""
-    told = about.parsed(tables.about(path), path)
+    """The motion of a file. Raises BadFile for that of several clips, or without a rate, and as
+    tables.read does."""
+    noted = tables.about(path)
+    told = about.parsed(noted, path) if noted else {}
     rows, fps = tables.read(tables.MOTION, path), about.rate(told)
-    whole = len(rows) and np.array_equal(rows["frame"], np.arange(len(rows)))
-    if fps is None or not whole or rows["clip_id"].nunique() > 1:
-        found = "no frames per second" if fps is None else "frames of several clips, or gaps"
-        raise BadFile(
-            path,
-            found=found,
-            expected="the motion of one clip, its frames from 0 on, with frames per second",
-            remedy="Write it again; mimeline motion export takes clips out of a run.",
-        )
+    if (clips := rows["clip_id"].nunique()) != 1:
+        raise _refused(path, f"the frames of {clips} clips")
+    if not np.array_equal(rows["frame"], np.arange(len(rows))):
+        raise _refused(path, "frames that do not count from 0 on")
+    if fps is None:
+        raise _refused(path, "no frames per second")
     return about.informed(Motion(rows.drop(columns="clip_id"), fps), told)
+
+
+def _refused(path: Path, found: str) -> BadFile:
+    return BadFile(
+        path,
+        found=found,
+        expected="the motion of one clip, with frames per second",
+        remedy="`mimeline motion export` takes clips out of a run.",
+    )
