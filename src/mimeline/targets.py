@@ -18,7 +18,7 @@ def require_free(target: Path, sources: Collection[Path], overwrite: bool) -> No
         remedy = "Name a file."  # /dev/stdout is a link to a file where it goes into one
     elif not overwrite:
         found = "a file already"
-        remedy = "Somebody may have corrected it: name another one, or say --overwrite."
+        remedy = "It may be somebody's work: name another one, or say --overwrite."
     else:
         return
     raise BadFile(target, found=found, expected="another file to write to", remedy=remedy)
@@ -48,6 +48,6 @@ def require_new(folder: Path, paths: Iterable[Path], overwrite: bool) -> list[Pa
             folder,
             found=f"{there[0].name}{f' and {len(there) - 1} more' if there[1:] else ''} already",
             expected="no file of a clip that is to be written",
-            remedy="Somebody may have corrected them: name another folder, or say --overwrite.",
+            remedy="They may be somebody's work: name another folder, or say --overwrite.",
         )
     return there

@@ -78,7 +78,13 @@ def test_what_follows_comes_a_pause_later(text):
 
 
 def test_of_a_length_that_is_known_the_end_is_known():
-    assert told("smile until the end", n_frames=800) == "Smile 6.5-8"
+    assert told("smile until the end", n_frames=800) == "Smile 0.5-8"
+    assert told("smile for 2 s until the end", n_frames=800) == "Smile 6-8"
+    assert told("smile, then look up until the end", n_frames=800) == "Smile 0.5-2, GazeUp 2.25-8"
+    assert told("smile, then look up until 5 s") == "Smile 0.5-2, GazeUp 2.25-5"
+    assert told("smile until 0.3 s") == "Smile 0-0.3"
+    assert "reversed" in refused("smile, then look up until 2 s")
+    assert told("nod until the end", n_frames=300).startswith("HeadDown 1.8-")
     assert told("at 2 s smile until the end", n_frames=800) == "Smile 2-8"
     assert told("smile in the last second", n_frames=800) == "Smile 7-8"
     assert read("smile", FPS, 800)[0].n_frames == 800

@@ -254,16 +254,13 @@ def _placed(gesture: Gesture, when: When, at: Fraction, length: Fraction | None)
     if when.last is not None:
         start = (length or at + when.last) - when.last
         end = start + when.last
-    elif when.until_end:
-        start = when.start
-        if start is None:
-            start = at if length is None else length - lasts
-        end = start + lasts if length is None else length
     else:
+        told_end = length if when.until_end else when.end
         start = when.start
         if start is None:
-            start = at if when.end is None else max(Fraction(0), when.end - lasts)
-        end = start + lasts if when.end is None else when.end
+            timed = bool(when.lasts or when.manner or gesture.seconds)
+            start = at if told_end is None else _begun(at, told_end, lasts, timed)
+        end = start + lasts if told_end is None else told_end
     scale = (end - start) / natural
     open_end = when.open and gesture.seconds is None and n_steps == 1
     moment = start
@@ -272,6 +269,13 @@ def _placed(gesture: Gesture, when: When, at: Fraction, length: Fraction | None)
             yield _Step(gesture, actions, moment, moment + own * scale, open_end)
             moment += own * scale
         moment += pause * scale
+
+
+def _begun(at: Fraction, end: Fraction, lasts: Fraction, timed: bool) -> Fraction:
+    """When something begins of which only the end is said: in its turn, at; where its length is
+    known, or it comes first and ends early, as long before the end as it lasts."""
+    before = max(Fraction(0), end - lasts)
+    return before if timed else min(at, before) if at == TIMING["before"] else at
 
 
 def _unknown(words: Sequence[str]) -> NotUnderstood:
