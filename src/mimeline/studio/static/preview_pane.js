@@ -6,6 +6,7 @@ import { Face, bytesOf, contextOf } from "./preview_face.js";
 import { Tracks } from "./preview_tracks.js";
 
 const CURVES = 4; // shown of a motion without a timeline: of the channels that move most
+const READING = "Reading …";
 const NO_WEBGL = "This browser cannot draw the face: WebGL 2 is switched off, or is not there. The tracks and curves are here all the same.";
 
 export class Pane {
@@ -107,6 +108,7 @@ export class Pane {
       this.number = Number(select.value);
       this.tracks = null;
       select.blur(); // keys go to the page again
+      this.#say(READING);
       this.heard.changed();
     });
   }
@@ -125,7 +127,7 @@ export class Pane {
     }
     const gauge = this.part("progress");
     this.waiting = true;
-    this.#say("Reading …");
+    this.#say(READING);
     try {
       const bytes = await bytesOf(`/face/${number}.glb`, (part) => {
         gauge.hidden = false;
