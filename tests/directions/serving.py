@@ -2,8 +2,9 @@
 
 import json
 import threading
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
@@ -73,6 +74,14 @@ def reply(code: int, body: bytes, **headers: str) -> Callable[[BaseHTTPRequestHa
 def hang_up(handler: BaseHTTPRequestHandler) -> None:
     handler.wfile.write(b"HTTP/1.0 200 OK\r\nContent-Length: 1000\r\n\r\n{")
     handler.close_connection = True
+
+
+def drip(handler: BaseHTTPRequestHandler) -> None:
+    handler.wfile.write(b"HTTP/1.0 200 OK\r\nContent-Length: 40\r\n\r\n")
+    with suppress(OSError):  # whoever asked has gone
+        for _ in range(40):
+            handler.wfile.write(b"{")
+            time.sleep(0.02)
 
 
 def babble(handler: BaseHTTPRequestHandler) -> None:

@@ -10,9 +10,11 @@ from mimeline.directions.asking import NoTimeline, ask
 from mimeline.directions.endpoint import Endpoint, NoAnswer
 from mimeline.vocabulary import ACTIONS
 
-from .serving import GOOD, babble, chat, hang_up, reply, serving
+from .serving import GOOD, babble, chat, drip, hang_up, reply, serving
 
 FPS = Fraction(25)
+ADDRESSES = ["localhost:11434", "file:///etc/passwd", "http://", "", "x", "http://h:99999/v1"]
+ADDRESSES += ["http://h:x/v1", "http://me:secret@h/v1", "http://[::1/v1", "http://h/v1?key=secret"]
 KEY = "sk-very-secret"
 
 
@@ -90,6 +92,7 @@ def test_an_answer_that_is_no_timeline_twice_is_given_up(content, reason):
         (b"\xff\xfe\x00", "no chat completion"),
         (b" " * 10_000_000, "more than 2 MB"),
         (reply(401, b'{"error": "bad key"}'), "401 .*bad key.*MIMELINE_API_KEY"),
+        (reply(401, f"not {KEY}".encode()), "401 .*not …"),
         (reply(403, b""), "403 .*MIMELINE_API_KEY"),
         (reply(404, b"no such model"), "404 .*ends in /v1"),
         (reply(429, b"slow down"), "429 .*try again later"),
@@ -124,14 +127,25 @@ def test_a_server_that_is_down_or_silent_is_told(monkeypatch):
     with pytest.raises(NoAnswer, match=r"no server that answers .*leave --endpoint out"):
         asked(served)
     monkeypatch.setattr(endpoints, "TIMEOUT_S", 0.2)
+    with serving(drip) as dripping, pytest.raises(NoAnswer, match="too slowly"):
+        asked(dripping)
     with serving(lambda handler: time.sleep(1)) as slow, pytest.raises(NoAnswer, match="timed out"):
         asked(slow)
 
 
-@pytest.mark.parametrize("address", ["localhost:11434", "file:///etc/passwd", "http://", "", "x"])
+@pytest.mark.parametrize("address", ADDRESSES)
 def test_an_address_that_is_none_is_told_before_anything_is_asked(address):
-    with pytest.raises(NoAnswer, match="as http://localhost:11434/v1"):
+    with pytest.raises(NoAnswer, match="as http://localhost:11434/v1") as caught:
         Endpoint(address, "m")
+    assert "secret" not in str(caught.value)
+
+
+@pytest.mark.parametrize("key", ["two\nlines", "schlüssel", "two words"])
+def test_a_key_that_is_none_is_told_and_not_shown(key):
+    with pytest.raises(NoAnswer, match="MIMELINE_API_KEY") as caught:
+        Endpoint("http://localhost:1/v1", "m", key)
+    assert key not in str(caught.value)
+    assert Endpoint("http://localhost:1/v1", "m", " sk-1\n").key == "sk-1"
 
 
 def test_an_empty_text_asks_nobody():

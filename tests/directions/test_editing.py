@@ -86,6 +86,16 @@ def test_what_cannot_be_used_is_told_and_kept(editor, tmp_path, monkeypatch, tex
     assert [path.read_text().strip() for path in left_behind(tmp_path)] == [text]
 
 
+@pytest.mark.parametrize(
+    "code", ["path.unlink(); sys.exit()", "path.write_bytes(b'\\xff'); sys.exit()"]
+)
+def test_a_file_that_is_gone_or_no_text_is_told(editor, monkeypatch, code):
+    editor(code)
+    monkeypatch.setattr(sys, "stdin", io.StringIO())
+    with pytest.raises(BadFile, match=r"timeline\.txt.*"):
+        edited(TIMELINE, lambda _: None)
+
+
 def test_at_a_terminal_it_is_opened_again(editor, tmp_path, monkeypatch):
     editor("text = 'Smile # 0 # 1 # mouth' if 'Juggle' in text else 'Juggle # 0 # 1 # mouth'")
     monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
@@ -113,6 +123,9 @@ def test_giving_up_keeps_what_was_written(editor, tmp_path, monkeypatch):
 def test_an_editor_that_is_none_or_fails_is_told(editor, tmp_path, monkeypatch):
     editor("sys.exit(3)")
     with pytest.raises(NoEditor, match="ended with 3.*export EDITOR"):
+        edited(TIMELINE, lambda _: None)
+    monkeypatch.setenv("EDITOR", "vim '")
+    with pytest.raises(NoEditor, match="EDITOR=vim '"):
         edited(TIMELINE, lambda _: None)
     monkeypatch.setenv("EDITOR", "/nowhere/ed")
     with pytest.raises(NoEditor, match="nowhere"):

@@ -177,3 +177,23 @@ def test_a_strange_word_anywhere_is_never_passed_over(words, at):
 
 def test_every_kind_of_gesture_is_read():
     assert KINDS == ("gestures", "feelings", "rests")
+
+
+def test_a_blink_keeps_its_length_beside_what_lasts():
+    assert told("blink and smile for 3 s") == "EyeClose 0.5-0.7, Smile 0.5-3.5"
+    assert told("smile for 3 s while blinking twice").startswith("EyeClose 0.5-0.7, Smile 0.5-3.5")
+    assert told("blink for 1 s") == "EyeClose 0.5-1.5"
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("smile from 1 s to 2 s for 3 s", "two times"),
+        ("blink 3000000 times", '"3000000"'),
+        ("smile for " + "9" * 400 + " s", "400 digits"),
+        ("smile at 1." + "9" * 400 + " s", "402 digits"),
+    ],
+)
+@pytest.mark.parametrize("n_frames", [None, 600])
+def test_numbers_that_cannot_be_meant_are_refused_at_once(text, named, n_frames):
+    assert named in refused(text, n_frames=n_frames)

@@ -2,13 +2,14 @@
 else refused with a reason."""
 
 import json
-import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from difflib import SequenceMatcher
 from fractions import Fraction
 from typing import Any
 
+from mimeline.directions.gestures import WAYS
 from mimeline.directions.times import MOST_SECONDS
 from mimeline.timeline.checks import judge
 from mimeline.timeline.clock import nearest_frame
@@ -17,6 +18,9 @@ from mimeline.timeline.timeline import SIDES, Timeline
 from mimeline.vocabulary import ACTIONS, NEUTRAL, TRACKS
 
 MOST_INTERVALS = 500
+MOST_OBJECTS = 50  # that are tried: what precedes an answer may hold braces too
+LONGEST_NAME = 40  # characters
+SPELT_ALIKE = 0.85  # how much two names share, of 1
 NUMBER = re.compile(
     r"\s*(\d{1,6}(?:\.\d{1,9})?)\s*(?:s|sec|secs|second|seconds)?\s*", re.IGNORECASE
 )
@@ -56,7 +60,11 @@ def read(text: str, fps: Fraction, n_frames: int | None, clip_id: str = "text") 
     if not spans:
         raise Refused("no action")
     if n_frames is None:
-        seconds = _seconds(told.get("seconds"), repairs) or max(span.end for span in spans) + 1
+        seconds = _seconds(told.get("seconds"), repairs)
+        if not seconds:
+            seconds = max(span.end for span in spans) + 1
+            if "seconds" in told:
+                repairs.append(f"a length of {shown(told['seconds'])} left out")
         if seconds > MOST_SECONDS:
             raise Refused(f"a length of {float(seconds):g} s where {MOST_SECONDS} are many")
         n_frames = max(1, nearest_frame(seconds, fps))
@@ -83,17 +91,34 @@ class _Span:
 
 
 def _object(text: str, repairs: list[str]) -> dict[str, Any]:
-    """The first JSON object of a text."""
-    start = text.find("{")
-    if start < 0:
+    """The first JSON object of a text that lists actions, else the first."""
+    decoder = json.JSONDecoder(parse_constant=_no_number)
+    found, fault, start = None, None, -1
+    for _ in range(MOST_OBJECTS):
+        if (start := text.find("{", start + 1)) < 0:
+            break
+        try:
+            value, end = decoder.raw_decode(text, start)
+        except (ValueError, RecursionError) as error:
+            fault = fault or error
+            continue
+        if found is None or _lists_actions(value):
+            found = value, start, end
+        if _lists_actions(value):
+            break
+        start = end - 1
+    if found is None:
+        if fault:
+            raise Refused(f"JSON that breaks off or is none ({fault})") from fault
         raise Refused(f"no JSON object in {shown(text)}")
-    try:
-        value, end = json.JSONDecoder(parse_constant=_no_number).raw_decode(text, start)
-    except (ValueError, RecursionError) as error:
-        raise Refused(f"JSON that breaks off or is none ({error})") from error
+    value, start, end = found
     if text[:start].strip() or text[end:].strip():
         repairs.append("text around the JSON left out")
     return value
+
+
+def _lists_actions(value: dict[str, Any]) -> bool:
+    return isinstance(value.get("actions", value.get("timeline")), list)
 
 
 def _no_number(name: str) -> None:
@@ -106,10 +131,10 @@ def _span(place: int, entry: object, repairs: list[str]) -> Iterator[_Span]:
     name, said = entry.get("action"), f"action {place}"
     if not isinstance(name, str):
         raise Refused(f"{said}: no name")
-    if name == NEUTRAL:
+    if name.strip().casefold() == NEUTRAL.casefold():
         repairs.append(f"{said}: Neutral left out; it is what is not asked for")
         return
-    action = name if name in ACTIONS else nearest(re.sub(r"[\s_-]", "", name), ACTIONS)
+    action = name if name in ACTIONS else _spelt_otherwise(name)
     if action is None:
         raise Refused(f"{said}: {shown(name)}, which is none of {', '.join(ACTIONS)}")
     if action != name:
@@ -117,14 +142,35 @@ def _span(place: int, entry: object, repairs: list[str]) -> Iterator[_Span]:
     times = [_seconds(entry.get(key), repairs) for key in ("start_s", "end_s")]
     if None in times:
         raise Refused(f"{said}: start_s and end_s are not both seconds")
-    side = entry.get("side")
-    if side in ("both", "", "none"):
+    side = _side(entry.get("side"), said)
+    if side and ACTIONS[action].control_region in ("gaze", "head"):
+        repairs.append(f"{said}: side {side} left out; {action} has none")
         side = None
-    if side not in (None, *SIDES):
-        raise Refused(f"{said}: side {shown(side)}, neither left nor right nor null")
     if times[0] >= times[1]:
         raise Refused(f"{said}: it ends before it starts")
     yield _Span(f"{said} ({action})", action, *times, side)
+
+
+def _spelt_otherwise(name: str) -> str | None:
+    """The action that a name is but for its spelling: "eyes closed" is EyeClose, "no smile" and
+    "gaze up left" are none."""
+    folded = re.sub(r"[\s_-]", "", name[:LONGEST_NAME]).casefold()
+    action = nearest(folded, ACTIONS)
+    if action is None:
+        return None
+    known = action.casefold()
+    alike = SequenceMatcher(None, folded, known).ratio() >= SPELT_ALIKE
+    same_ways = all((way in folded) == (way in known) for way in WAYS)
+    return action if alike and same_ways else None
+
+
+def _side(value: object, said: str) -> str | None:
+    side = value.strip().casefold() if isinstance(value, str) else value
+    if side in (None, "both", "", "none", "null"):
+        return None
+    if side not in SIDES:
+        raise Refused(f"{said}: side {shown(value)}, neither left nor right nor null")
+    return side
 
 
 def _seconds(value: object, repairs: list[str]) -> Fraction | None:
@@ -133,7 +179,7 @@ def _seconds(value: object, repairs: list[str]) -> Fraction | None:
         return Fraction(match[1])
     if isinstance(value, bool) or not isinstance(value, int | float):
         return None
-    return Fraction(str(value)) if math.isfinite(value) and 0 <= value <= 10**6 else None
+    return Fraction(str(value)) if 0 <= value <= 10**6 else None  # NaN is neither
 
 
 def _framed(span: _Span, fps: Fraction, n_frames: int, repairs: list[str]) -> DraftInterval | None:

@@ -9,7 +9,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from mimeline.errors import BadFile, MimelineError
+from mimeline.errors import BadFile, MimelineError, unreadable
 from mimeline.timeline import files
 from mimeline.timeline.checks import judge
 from mimeline.timeline.timeline import Timeline
@@ -68,7 +68,10 @@ def _open(path: Path) -> None:
 def _editor() -> list[str]:
     for name in ("VISUAL", "EDITOR"):
         if told := os.environ.get(name, "").strip():
-            return shlex.split(told)
+            try:
+                return shlex.split(told)
+            except ValueError as error:
+                raise _no_editor(f"{name}={told} ({error})") from error
     for name in EDITORS:
         if path := shutil.which(name):
             return [path]
@@ -85,7 +88,11 @@ def _no_editor(found: str) -> NoEditor:
 
 
 def _read(path: Path, timeline: Timeline) -> Timeline:
-    lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise unreadable(path, error, expected="an action a line, in UTF-8", remedy=HOW) from error
+    lines = [line for line in text.splitlines() if line.strip()]
     path.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
     draft = files.draft_of(path, format=FORM)
     judged = judge(draft, timeline.clip_id, timeline.fps, timeline.n_frames)

@@ -1,10 +1,11 @@
 """A language model behind an endpoint that speaks OpenAI's chat completions, as most servers do."""
 
 import json
+import time
 import urllib.request
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from http.client import HTTPException
+from http.client import HTTPException, HTTPResponse
 from typing import Any
 from urllib.error import HTTPError, URLError
 from urllib.parse import urlsplit
@@ -14,6 +15,7 @@ from mimeline.errors import MimelineError
 MOST_BYTES = 2_000_000  # of an answer
 TIMEOUT_S = 120.0  # a small model on a slow machine thinks for a while
 SHOWN = 200  # characters of what a server says of its troubles
+PIECE = 65_536  # bytes that are read at a time
 
 
 class NoAnswer(MimelineError):
@@ -30,13 +32,22 @@ class Endpoint:
     key: str = field(default="", repr=False)
 
     def __post_init__(self):
-        parts = urlsplit(self.address)
-        if parts.scheme not in ("http", "https") or not parts.hostname:
+        fault = _fault(self.address)
+        if fault:
             raise NoAnswer(
                 "--endpoint",
-                found=repr(self.address),
+                found=fault,
                 expected="an address as http://localhost:11434/v1",
-                remedy="Name the server up to /v1; the rest is added.",
+                remedy="Name the server up to /v1; the rest is added. A key goes into the "
+                "environment: MIMELINE_API_KEY.",
+            )
+        object.__setattr__(self, "key", self.key.strip())
+        if not (self.key.isascii() and self.key.isprintable()) or " " in self.key:
+            raise NoAnswer(
+                "MIMELINE_API_KEY",
+                found="a sign that no key has",
+                expected="letters, digits and signs in one word",
+                remedy="Copy the key anew.",
             )
 
     def answer(self, messages: Sequence[Mapping[str, str]]) -> str:
@@ -65,10 +76,10 @@ class Endpoint:
         request = urllib.request.Request(address, body, headers)
         try:
             with _OPENER.open(request, timeout=TIMEOUT_S) as reply:
-                content = reply.read(MOST_BYTES + 1)
+                content = _read(reply, MOST_BYTES + 1)
         except HTTPError as error:
             with error:
-                said = _start(error.read(MOST_BYTES))
+                said = self._said(error)
             raise self._silent(
                 f"{error.code} {error.reason}{f': {said}' if said else ''}",
                 "an answer",
@@ -86,6 +97,15 @@ class Endpoint:
                 f"more than {MOST_BYTES // 10**6} MB", "a timeline", "Name another model."
             )
         return content
+
+    def _said(self, error: HTTPError) -> str:
+        """What a server says of its troubles, as far as it says it, without the key."""
+        try:
+            content = _read(error, PIECE)
+        except (OSError, HTTPException, ValueError):
+            return ""
+        text = content.decode(errors="replace")
+        return _start((text.replace(self.key, "…") if self.key else text).encode())
 
     def _silent(self, found: str, expected: str, remedy: str) -> NoAnswer:
         return NoAnswer(self.address, found=found, expected=expected, remedy=remedy)
@@ -108,6 +128,29 @@ class _NoRedirect(urllib.request.HTTPRedirectHandler):
 
 
 _OPENER = urllib.request.build_opener(_NoRedirect)
+
+
+def _fault(address: str) -> str | None:
+    """What is wrong with an address, without any password that it holds."""
+    try:
+        parts = urlsplit(address)
+        named = parts.scheme in ("http", "https") and parts.hostname and parts.port != 0
+    except ValueError:
+        return "an address that is none"
+    if parts.username is not None or parts.password is not None or parts.query:
+        return "an address with a name, a password or a query"
+    plain = named and address.isascii() and address.isprintable() and " " not in address
+    return None if plain and not parts.fragment else repr(address)
+
+
+def _read(reply: HTTPResponse | HTTPError, most: int) -> bytes:
+    """Up to `most` bytes of a reply. Raises TimeoutError where they drip in for too long."""
+    content, until = bytearray(), time.monotonic() + TIMEOUT_S
+    while len(content) < most and (piece := reply.read1(min(PIECE, most - len(content)))):
+        content += piece
+        if time.monotonic() > until:
+            raise TimeoutError("it answers too slowly")
+    return bytes(content)
 
 
 def _start(content: bytes) -> str:

@@ -19,7 +19,7 @@ from mimeline.timeline.draft import Draft, DraftInterval
 from mimeline.timeline.timeline import Timeline
 from mimeline.vocabulary import TRACKS
 
-MOST_CHARACTERS = 2000
+MOST_CHARACTERS, LONGEST_NUMBER = 2000, 12
 WORD = re.compile(r"\d+(?:\.\d+)?|[^\W\d_]+(?:'[a-z]+)?|\S")
 QUOTES = str.maketrans("’–—", "'--", '"“”„«»()[]*')  # and brackets, which say nothing
 ENDS = {".", ";", "!", "?", ":"}
@@ -129,6 +129,9 @@ def _groups(text: str, fps: Fraction) -> list[list[_Part]]:
     words = WORD.findall(" ".join(text.lower().translate(QUOTES).split()))
     if not any(word[0].isalnum() for word in words):
         raise _refused("an empty text", "a sentence")
+    longest = max((len(word) for word in words if word[0].isdigit()), default=0)
+    if longest > LONGEST_NUMBER:
+        raise _refused(f"a number of {longest} digits", f"{LONGEST_NUMBER} at most")
     told, times = taken(" ".join(words), fps)
     for said, meant in SAID_OTHERWISE:
         told = re.sub(rf"\b{said}\b", meant, told)
@@ -209,7 +212,7 @@ def _part(
 
 def _joined(a: When, b: When) -> When:
     both = a.joined(b)
-    if both is None:
+    if both is None or both.contradicts:
         raise _refused("two times for one action", "one")
     return both
 
@@ -227,11 +230,18 @@ def _laid(groups: Sequence[Sequence[_Part]], length: Fraction | None) -> list[_S
             step
             for part in group
             for gesture in part.gestures
-            for step in _placed(gesture, part.when.beside(shared), at, length)
+            for step in _placed(gesture, _when(part, gesture, shared), at, length)
         ]
         at = max(step.end for step in own) + TIMING["pause"]
         steps += own
     return [replace(step, end=_cut(step, steps)) if step.open else step for step in steps]
+
+
+def _when(part: _Part, gesture: Gesture, shared: When) -> When:
+    """What is said of a gesture's time. One that has a length of its own, as a blink has, does not
+    last as long as what goes with it."""
+    brief = gesture.seconds is not None and part.when.shared == NOTHING
+    return part.when.beside(replace(shared, lasts=None) if brief else shared)
 
 
 def _cut(step: _Step, steps: Sequence[_Step]) -> Fraction:

@@ -21,6 +21,7 @@ NUMBERS = {
 }
 BRIEF, LONG, SEVERAL = Fraction(3, 5), Fraction(3), 3  # seconds, seconds, times
 MOST_SECONDS = 600  # of a clip that is asked for in words
+MOST_TIMES = 50  # that a gesture is done
 
 NUMBER = rf"\d+(?:\.\d+)?|{'|'.join(sorted(NUMBERS, key=len, reverse=True))}"
 UNIT = r"milliseconds?|ms|seconds?|secs?|s|frames?|f"
@@ -46,6 +47,13 @@ class When:
     @property
     def shared(self) -> "When":
         return replace(self, manner=None, times=None)
+
+    @property
+    def contradicts(self) -> bool:
+        """Whether start, end and length are all said, and are not of one span."""
+        if self.lasts is None or self.start is None or self.end is None:
+            return False
+        return self.end - self.start != self.lasts
 
     @property
     def open(self) -> bool:
@@ -168,7 +176,7 @@ def _start(match: re.Match, fps: Fraction) -> When | None:
 
 def _times(match: re.Match, fps: Fraction) -> When | None:
     times = _number(match["a"])
-    return When(times=int(times)) if times.denominator == 1 and times > 0 else None
+    return When(times=int(times)) if times.denominator == 1 and 0 < times <= MOST_TIMES else None
 
 
 def _moment(match: re.Match, fps: Fraction) -> Fraction | None:
